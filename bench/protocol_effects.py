@@ -156,7 +156,7 @@ class Judge:
             success=all(share.numerator == share.denominator for share in goals)
             and (executable or rules.success is REFERENCE),
             error=None if failure is None else ErrorReport(failure.kind, None, ""),
-            additional_steps=trajectory.additional_step_count,
+            additional_steps=trajectory.needless_step_count,
             goals=goals,
         )
 

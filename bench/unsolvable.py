@@ -20,7 +20,7 @@ from dataclasses import replace
 import eai.logic.formula as f
 from bench.record import add_write_option, write_figures
 from eai.benchmarks.registry import find_benchmark
-from eai.planning.exclusion import FactExclusionRules
+from eai.planning.exclusion import MutualExclusionRules
 from eai.planning.possible import PossibleFacts
 from eai.planning.subgoal import GroundAtom, Subgoal, split_conjuncts
 from eai.tasks.source import Source
@@ -116,12 +116,12 @@ def main() -> int:
     benchmark = find_benchmark(arguments.suite)
     tasks = benchmark.tasks(Source())
     chosen = [task for task in tasks.values() if bool(task.script) == arguments.solved][:: arguments.every]
-    rules, proved, start = FactExclusionRules(benchmark.domain), 0, time.process_time()
+    rules, proved, start = MutualExclusionRules(benchmark.domain), 0, time.process_time()
     for task in chosen:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.may_hold(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.make_fact_exclusion_prover(task.initial).are_exclusive(
+        if not never and rules.make_mutual_exclusion_prover(task.initial).are_exclusive(
             _list_required_facts(task)
         ):
             never, shown = list(task.goals), "its facts exclude each other"

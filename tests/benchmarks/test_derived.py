@@ -18,7 +18,7 @@ from eai.world.derived import (
     DefinedPredicate,
     LookupPredicate,
     find_definition,
-    to_fastest_form,
+    replace_formula_by_faster_function,
 )
 from eai.world.domain import Domain
 from eai.world.state import Fact, Scene, State
@@ -38,7 +38,7 @@ COMPUTED = [
     pytest.param(domain, scene, derived, id=f"{name} {derived.name}")
     for name, (domain, scene) in DOMAINS.items()
     for derived in domain.vocabulary.derived
-    if isinstance(to_fastest_form(derived), ComputedPredicate | LookupPredicate)
+    if isinstance(replace_formula_by_faster_function(derived), ComputedPredicate | LookupPredicate)
 ]
 SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
 """Relations under which no action gives an object two supports, or a cycle of supports."""
@@ -62,7 +62,7 @@ def test_a_computed_predicate_equals_its_formula(
 
 def compute(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
     """Return the value of a derived predicate by its function."""
-    match to_fastest_form(derived):
+    match replace_formula_by_faster_function(derived):
         case ComputedPredicate(test=test):
             return test(state, arguments)
         case LookupPredicate(values=values, inverse=inverse):

@@ -97,7 +97,7 @@ def assert_plan_works(domain: Domain, task: Task, objects: int | None) -> None:
     assert result.outcome is PlannerOutcome.SOLVED, result.detail
     trajectory = execute_plan(domain, task.initial, [exported.to_action(step) for step in result.plan])
     assert trajectory.failure is None
-    assert trajectory.additional_step_count == 0
+    assert trajectory.needless_step_count == 0
     goals = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
     assert all(domain.holds(goal.formula, trajectory.final_state) for goal in goals)
 

@@ -85,7 +85,7 @@ def test_preferred_actions_are_possible_at_once() -> None:
     supporter = estimates.find_cheapest_action_of_operators(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredActionCollector(HEURISTIC, estimates)
-    found.collect_action(supporter.action, supporter.prerequisites)
+    found.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
     assert estimates.find_cheapest_action_of_operators(("FLY",)).cost == INFINITE
 
@@ -97,7 +97,9 @@ def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:
     assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).estimate(away) == 2
     assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
     for protected, cost in ((robot_in_hall, INFINITE), (something_in_hall, 1)):
-        estimates = CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(protected)], keep_protected=True)
+        estimates = CostEstimates(
+            HEURISTIC, START, EVERYTHING, [subgoal(protected)], forbid_undoing_protected=True
+        )
         assert estimates.estimate(away) == cost
 
 
@@ -112,20 +114,20 @@ def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:
     estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     lifted = named("holding", "red")
     both = And((Or((LAMP_LIT, lifted)), Not(named("lit", "lamp"))))
-    assert [part.formula for part in estimates.split_into_cheapest_literals(subgoal(both))] == [
+    assert [part.formula for part in estimates.split_into_cheapest_literal_subgoals(subgoal(both))] == [
         lifted,
         LAMP_LIT,
     ]
-    assert estimates.split_into_cheapest_literals(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
+    assert estimates.split_into_cheapest_literal_subgoals(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
     assert estimates.find_cheapest_disjuncts(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
 
 
 def test_counted_and_paired_conditions_are_chosen_by_cost() -> None:
     estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     boxes = [SCENE.index[name] for name in ("red", "blue")]
-    one = estimates.split_into_cheapest_literals(subgoal(Exactly(1, BOX, holding(X))))
+    one = estimates.split_into_cheapest_literal_subgoals(subgoal(Exactly(1, BOX, holding(X))))
     assert [(each.scope["x"], each.truth) for each in one] == [(boxes[0], True), (boxes[1], False)]
-    pairs = estimates.split_into_cheapest_literals(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
+    pairs = estimates.split_into_cheapest_literal_subgoals(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
     places = [SCENE.index[name] for name in ("hall", "shed")]
     assert [(each.scope["x"], each.scope["y"]) for each in pairs] == list(zip(boxes, places, strict=True))
 

@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 
 from eai.logic.formula import Formula
-from eai.planning.exclusion import FactExclusionRules
+from eai.planning.exclusion import MutualExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.derived import is_a
@@ -42,8 +42,8 @@ def literal(text: str) -> GroundAtom:
 )
 def test_literals_that_no_state_meets_are_excluded(literals: list[str], excluded: bool) -> None:
     assert (
-        FactExclusionRules(toy.DOMAIN)
-        .make_fact_exclusion_prover(INITIAL)
+        MutualExclusionRules(toy.DOMAIN)
+        .make_mutual_exclusion_prover(INITIAL)
         .are_exclusive(map(literal, literals))
         is excluded
     )
@@ -53,27 +53,27 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    rules = FactExclusionRules(toy.DOMAIN)
-    assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(both)
-    assert not rules.make_fact_exclusion_prover(started).are_exclusive(both)
+    rules = MutualExclusionRules(toy.DOMAIN)
+    assert rules.make_mutual_exclusion_prover(INITIAL).are_exclusive(both)
+    assert not rules.make_mutual_exclusion_prover(started).are_exclusive(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
     assert (
-        not FactExclusionRules(toy.DOMAIN.replace_operators(snatch))
-        .make_fact_exclusion_prover(INITIAL)
+        not MutualExclusionRules(toy.DOMAIN.replace_operators(snatch))
+        .make_mutual_exclusion_prover(INITIAL)
         .are_exclusive(both)
     )
 
 
 def test_a_pair_is_proved_once_for_all_episodes_and_objects() -> None:
-    rules = FactExclusionRules(toy.DOMAIN)
+    rules = MutualExclusionRules(toy.DOMAIN)
     at = [literal(f"at {words}") for words in ("robot hall", "robot shed")]
-    assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(at)
-    proofs = sum(map(len, rules.lemmas.values()))
+    assert rules.make_mutual_exclusion_prover(INITIAL).are_exclusive(at)
+    proofs = sum(map(len, rules.cached_proofs.values()))
     for places in ("lamp", "shed"), ("red", "lamp"):
         start = INITIAL.scene.state([("at", (INDEX["robot"], INDEX[places[0]]))])
         elsewhere = [literal(f"at robot {place}") for place in places]
-        assert rules.make_fact_exclusion_prover(start).are_exclusive(elsewhere)
-    assert sum(map(len, rules.lemmas.values())) == proofs > 0
+        assert rules.make_mutual_exclusion_prover(start).are_exclusive(elsewhere)
+    assert sum(map(len, rules.cached_proofs.values())) == proofs > 0
 
 
 wet, dry, sponge = Predicate("wet", 1), Predicate("dry", 1), Predicate("sponge", 1, static=True)
@@ -86,14 +86,14 @@ def test_a_proof_is_reused_only_for_objects_with_the_properties_that_it_used(abs
     vocabulary = Vocabulary((wet, dry, sponge))
     kinds = {"cloth": "rag", "towel": "rag", "foam": "sponge"}
     scene = Scene(vocabulary, [WorldObject(name, kind) for name, kind in kinds.items()])
-    rules = FactExclusionRules(Domain("wash", vocabulary, (soak, airing)))
-    prover = rules.make_fact_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
+    rules = MutualExclusionRules(Domain("wash", vocabulary, (soak, airing)))
+    prover = rules.make_mutual_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
     excluded = {
         name: prover.are_exclusive([GroundAtom(each, (scene.index[name],), True) for each in ("wet", "dry")])
         for name in ("cloth", "foam", "towel", "foam")
     }
     assert excluded == {"cloth": True, "foam": False, "towel": True}
-    assert [*map(len, rules.lemmas.values())] == [2]
+    assert [*map(len, rules.cached_proofs.values())] == [2]
 
 
 def reachable(domain: Domain) -> set[State]:
@@ -112,7 +112,7 @@ def reachable(domain: Domain) -> set[State]:
 
 def test_no_reachable_state_meets_excluded_literals() -> None:
     exclusion, states = (
-        FactExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL),
+        MutualExclusionRules(toy.DOMAIN).make_mutual_exclusion_prover(INITIAL),
         reachable(toy.DOMAIN),
     )
     facts = sorted({fact for state in states for fact in state.facts()})

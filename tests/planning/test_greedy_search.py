@@ -46,9 +46,9 @@ def test_a_goal_that_failed_comes_first_the_next_time() -> None:
     held = goals.reach_next_goal(START, FEW)
     assert held is not None
     assert goals.reach_next_goal(held, FEW) is None
-    assert goals.prioritize_failed_goals()
+    assert goals.mark_newly_failed_goals_as_hard()
     assert goals.reach_next_goal(held, FEW) is None
-    assert not goals.prioritize_failed_goals(), "nothing new"
+    assert not goals.mark_newly_failed_goals_as_hard(), "nothing new"
 
 
 def test_a_search_ends_at_its_target_or_at_its_limit() -> None:

@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSetSearch
 from eai.planning.planner import Planner
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import SearchEffort
 from eai.tasks.planning import to_planning_goal
 from eai.world.action import Action
@@ -26,7 +26,7 @@ from sweeps import examples, swept
 
 def repairer_and_gold(
     name: str, task_id: str, planner: Planner
-) -> tuple[Repairer, tuple[Action, ...]] | None:
+) -> tuple[FewestEditsPlanRepairer, tuple[Action, ...]] | None:
     scorer = eai.open(name, "action_sequencing").scorer(task_id)
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task_id]
     text = gold.join(gold.parts)
@@ -37,13 +37,15 @@ def repairer_and_gold(
     steps = tuple([step for step in scorer.repairer.read_steps(plan) if step is not None])
     named = {index for step in steps for index in step.arguments}
     objects = (*scorer.task.relevant, *sorted(named.difference(scorer.task.relevant)))
-    return Repairer(planner, scorer.task.initial, to_planning_goal(scorer.task), objects), steps
+    return FewestEditsPlanRepairer(
+        planner, scorer.task.initial, to_planning_goal(scorer.task), objects
+    ), steps
 
 
-def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
+def lacking(repairer: FewestEditsPlanRepairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
-    landmarks, least = repairer.make_landmarks(plan), -1
-    while (now := landmarks.count_min_actions_for_cuts(landmarks.find_cuts_missed_by(plan))) > least:
+    landmarks, least = repairer.make_landmarks_for_repair_of(plan), -1
+    while (now := landmarks.count_min_actions_for_cuts(landmarks.get_mask_of_cuts_missed_by(plan))) > least:
         least = now
         landmarks.add_cuts_missed_by(frozenset(plan), SearchEffort(2_000))
     return landmarks, least

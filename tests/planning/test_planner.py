@@ -54,7 +54,7 @@ def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
     assert found.end is SearchEndReason.SOLVED
     trajectory = execute_plan(toy.DOMAIN, START, found.plan)
     assert trajectory.failure is None
-    assert trajectory.additional_step_count == 0
+    assert trajectory.needless_step_count == 0
     assert all(toy.DOMAIN.holds(c, trajectory.final_state) for c in (RED_IN_SHED, LAMP_LIT))
     assert steps_of(found) == ["LIFT red", "GO shed", "DROP red", "PRESS lamp"]
 

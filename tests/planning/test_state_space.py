@@ -17,10 +17,10 @@ from eai.agents.scorer import StateAndTakenActions, find_goal_reachability_and_l
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates, PddlState
 from eai.pddl.search import search
-from eai.planning.exclusion import FactExclusionRules
+from eai.planning.exclusion import MutualExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import PossibleFacts, find_unreachable_goals
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import Limits, SearchEffort, SearchEndReason
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, to_planning_goal
@@ -69,7 +69,7 @@ def check_states(world: World, random: Random) -> None:
     }
     for (atom, truth), states in holding.items():
         assert possible.may_hold(atom, {}, truth) or not any(states), (atom, truth)
-    starts, rules = cycle(walk(world, Random(0))), FactExclusionRules(domain)
+    starts, rules = cycle(walk(world, Random(0))), MutualExclusionRules(domain)
     for _ in range(40):
         start, first = next(starts)
         pair = random.sample([*holding], random.choice((1, 2, 2)))
@@ -77,8 +77,8 @@ def check_states(world: World, random: Random) -> None:
             GroundAtom(atom.predicate, tuple([initial.scene.index[t.name] for t in atom.arguments]), truth)
             for atom, truth in pair
         ]
-        excluded = rules.make_fact_exclusion_prover(start).are_exclusive(ground)
-        assert excluded == FactExclusionRules(domain).make_fact_exclusion_prover(start).are_exclusive(
+        excluded = rules.make_mutual_exclusion_prover(start).are_exclusive(ground)
+        assert excluded == MutualExclusionRules(domain).make_mutual_exclusion_prover(start).are_exclusive(
             ground
         ), pair
         if excluded:
@@ -123,7 +123,9 @@ def check_outlook(world: World, random: Random) -> None:
 def check_repairs(world: World, random: Random) -> bool:
     """Check the bounds of repairs, that reported edits succeed, and that all single edits are found."""
     task = world.task
-    repairer = Repairer(Planner(world.domain), task.initial, to_planning_goal(task), task.relevant)
+    repairer = FewestEditsPlanRepairer(
+        Planner(world.domain), task.initial, to_planning_goal(task), task.relevant
+    )
     shortest = world.distances.get(world.initial)
     assert shortest is None or repairer.compute_proved_min_plan_length(SearchEffort(20_000)) <= shortest
     exact = False
@@ -142,7 +144,7 @@ def check_repairs(world: World, random: Random) -> bool:
     return exact
 
 
-def check_singles(world: World, repairer: Repairer, plan: tuple[Action | None, ...]) -> None:
+def check_singles(world: World, repairer: FewestEditsPlanRepairer, plan: tuple[Action | None, ...]) -> None:
     singles = {edited(plan, [each]) for each in repairer.find_single_edit_repairs(plan)}
     assert all(map(world.succeeds, singles))
     for each in one_edit(plan, [*world.steps]):

@@ -18,7 +18,7 @@ from eai.abilities.repair import DEFAULT_EFFORT
 from eai.agents.gym import make
 from eai.base.store import DataPackStore
 from eai.planning.repair.edits import PlanEdit, PlanSteps
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.results.reward import Shaping
@@ -169,17 +169,17 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
     suite = suite_of("behavior")
     scorer = scorer_of(suite, suite.task_ids[3])
     mender, limits = scorer.repairer, list[float]()
-    mend = Repairer.repair
+    mend = FewestEditsPlanRepairer.repair
 
     def counted(
-        self: Repairer, plan: PlanSteps, effort: SearchEffort, edit_limit: float
+        self: FewestEditsPlanRepairer, plan: PlanSteps, effort: SearchEffort, edit_limit: float
     ) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
         found = mend(self, plan, effort, edit_limit)
         assert effort.used < 2 * effort.limit + 1_000
         return found
 
-    monkeypatch.setattr(Repairer, "repair", counted)
+    monkeypatch.setattr(FewestEditsPlanRepairer, "repair", counted)
     plan = tuple(scorer.task.script)
     paid = [mender.compute_closeness_to_success(plan[:n]) for n in (0, 1, 2, 1, 0)]
     assert paid[:2] == paid[:2:-1]

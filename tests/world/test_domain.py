@@ -24,7 +24,7 @@ from eai.world.operator import (
     additional_step,
     affordance,
     missing_step,
-    sort_operator_checks,
+    sort_checks_in_paper_order,
 )
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -200,7 +200,9 @@ def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
 def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled_operators["CLEAN"], trajectory.states[0]
-    left = operator.find_failed_alternatives(start, trajectory.final_state, operator.bind(start, ()))
+    left = operator.find_failed_alternative_ways_to_act(
+        start, trajectory.final_state, operator.bind(start, ())
+    )
     assert [each.check.reason for each in left] == undone
 
 
@@ -212,7 +214,7 @@ def test_an_operator_has_its_other_effects_if_no_try_is_made() -> None:
 def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
     mixed = (missing_step(SOAP(), "no soap"), additional_step(DIRTY(), "clean"), affordance(WET(), "dry"))
     operator = replace(CLEAN, alternatives=(OperatorAlternative(DIRTY(), mixed, ()),))
-    (ordered,) = sort_operator_checks(operator).alternatives
+    (ordered,) = sort_checks_in_paper_order(operator).alternatives
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
@@ -283,8 +285,8 @@ def test_a_condition_that_never_held_gives_no_wrong_order() -> None:
 def test_a_domain_declares_visible_objects_and_landmarks() -> None:
     state = toy.initial()
     everything = state.scene.everything
-    assert toy.DOMAIN.find_visible_objects(state, everything) == everything
-    assert toy.DOMAIN.find_initially_known_objects(state, everything) == 0
+    assert toy.DOMAIN.visible_object_filter(state, everything) == everything
+    assert toy.DOMAIN.initially_known_object_filter(state, everything) == 0
     limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
-    assert state.scene.names(limited.find_visible_objects(state, everything)) == ("robot", "red")
-    assert state.scene.names(limited.find_initially_known_objects(state, everything)) == ("hall", "shed")
+    assert state.scene.names(limited.visible_object_filter(state, everything)) == ("robot", "red")
+    assert state.scene.names(limited.initially_known_object_filter(state, everything)) == ("hall", "shed")

@@ -130,7 +130,7 @@ def test_a_part_of_an_episode_is_a_trajectory_of_its_own(start: int, states: int
 def test_an_additional_step_ends_no_plan() -> None:
     acted = episode()
     assert acted.run(plan("GO hall", "GO shed")) is None
-    assert acted.trajectory.additional_step_count == 1
+    assert acted.trajectory.needless_step_count == 1
 
 
 def test_a_plan_ends_early_if_its_condition_holds() -> None:

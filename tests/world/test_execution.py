@@ -52,7 +52,7 @@ def test_the_first_failing_step_is_diagnosed(steps: list[str], kind: FaultKind, 
 def test_an_additional_step_is_skipped_and_counted() -> None:
     trajectory = execute_plan(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
     assert trajectory.failure is None
-    assert trajectory.additional_step_count == 2
+    assert trajectory.needless_step_count == 2
     assert [action.operator for action in trajectory.executed_actions] == ["GO", "PRESS"]
 
 

@@ -31,7 +31,7 @@ def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, 
             copy.set_column(target, mask)
         case "flip", source, target:
             plain ^= {(source, target)}
-            copy.flip_pair(source, target)
+            copy.toggle_pair(source, target)
     return copy
 
 
@@ -69,14 +69,14 @@ def test_equal_relations_have_the_same_pairs_and_others_list_their_differences(
         right = changed(right, right_plain, change)
     assert (left == right) == (left_plain == right_plain)
     assert left != right or hash(left) == hash(right)
-    assert left.find_changed_sources(right) == sorted({x for x, _ in left_plain ^ right_plain})
+    assert left.find_sources_with_changed_targets(right) == sorted({x for x, _ in left_plain ^ right_plain})
 
 
 def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
     start = Relation(InitialRelation.from_pairs(SIZE, [(0, 1)]))
     relation = start.copy()
     assert (relation, hash(relation)) == (start, hash(start))
-    relation.flip_pair(1, 2)
+    relation.toggle_pair(1, 2)
     assert (relation == start, hash(relation) == hash(start)) == (False, False)
     relation.set_column(2, 0)
     assert (relation, hash(relation)) == (start, hash(start))
@@ -89,8 +89,8 @@ def test_relations_on_different_matrices_are_never_equal() -> None:
 def test_relations_with_equal_hashes_are_distinguished() -> None:
     base = InitialRelation.from_pairs(SIZE, [])
     one, other = Relation(base).copy(), Relation(base).copy()
-    one.flip_pair(0, 2)
-    other.flip_pair(2, 0)
+    one.toggle_pair(0, 2)
+    other.toggle_pair(2, 0)
     assert hash(one) == hash(other)
     assert one != other
 

@@ -45,7 +45,7 @@ class Simulated:
 
 def with_facts(state: State, added: Sequence[str] = (), without: Sequence[str] = ()) -> State:
     facts = set(state.facts()).union(map(state.scene.read_fact, added))
-    return state.replace_facts(sorted(facts.difference(map(state.scene.read_fact, without))))
+    return state.replace_all_facts(sorted(facts.difference(map(state.scene.read_fact, without))))
 
 
 def world(carry_out: Callable[[State, Action, State], State | Fault]) -> Domain:

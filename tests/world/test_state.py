@@ -101,9 +101,9 @@ def test_replacing_the_facts_gives_a_state_of_the_same_episode() -> None:
     vocabulary = Vocabulary((AT, OPEN, DARK, between))
     scene = Scene(vocabulary, {"robot": "robot", "dock": "place", "bay": "place"}, agent="robot")
     before = scene.state(["at(robot, dock)", "between(robot, dock, bay)", "open(bay)"])
-    after = before.replace_facts(["dark()", "at(robot, bay)", "between(dock, robot, bay)"])
+    after = before.replace_all_facts(["dark()", "at(robot, bay)", "between(dock, robot, bay)"])
     assert [*map(str, after.facts())] == [
         *map(str, scene.state(["dark()", "at(robot, bay)", "between(dock, robot, bay)"]).facts())
     ]
-    assert after.replace_facts(before.facts()) == before != after
+    assert after.replace_all_facts(before.facts()) == before != after
     assert len(compare_states(before, after).added) == len(compare_states(before, after).removed) == 3

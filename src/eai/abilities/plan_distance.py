@@ -15,7 +15,7 @@ from eai.abilities.explanation import EXECUTED, SLIP
 from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.reports import action_text
 from eai.planning.planner import get_planner
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import SearchEffort
 from eai.tasks.goal_test import find_remaining_goals
 from eai.tasks.planning import to_planning_goal
@@ -78,7 +78,7 @@ def make_step_distance_labeler(repairer: PlanRepairer, max_tried_steps: int) -> 
 
     Args:
         repairer: the repairer of plans for the task.
-        max_tried_steps: the approximate limit of the effort for each state, as in `Repairer.repair`.
+        max_tried_steps: the approximate limit of the effort for each state, as in `FewestEditsPlanRepairer.repair`.
     """
     return _StepDistanceMeasurer(repairer, max_tried_steps).measure_distances_to_goal
 
@@ -133,7 +133,7 @@ class _StepDistanceMeasurer:
         key = state, goals, objects
         if key not in self._known:
             goal = to_planning_goal(self._task.replace_goals(goals))
-            search = Repairer(get_planner(self._domain), state, goal, objects)
+            search = FewestEditsPlanRepairer(get_planner(self._domain), state, goal, objects)
             at_least, edits = search.repair((), SearchEffort(self._limit))
             self._known[key] = _DistanceBounds(at_least, inf if edits is None else len(edits))
         return self._known[key]

@@ -23,7 +23,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import get_planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import SearchEffort
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
@@ -157,7 +157,7 @@ class PlanRepairer:
         """A proved lower bound of the number of steps in every plan for the task."""
         return self._make_repairer(()).compute_proved_min_plan_length(SearchEffort(DEFAULT_EFFORT))
 
-    def _make_repairer(self, steps: PlanSteps) -> Repairer:
+    def _make_repairer(self, steps: PlanSteps) -> FewestEditsPlanRepairer:
         """Return a repairer whose edits may use the objects of the task and the objects in ``steps``."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
@@ -166,7 +166,7 @@ class PlanRepairer:
         self,
         plan: WrittenPlan,
         steps: PlanSteps,
-        repairer: Repairer,
+        repairer: FewestEditsPlanRepairer,
         failed_step: int | None,
         search_effort: int,
     ) -> SmallestPlanRepair:
@@ -258,8 +258,10 @@ class PlanRepairer:
 
 
 @lru_cache(maxsize=16)
-def _get_cached_repairer(plan_repairer: PlanRepairer, usable_objects: tuple[int, ...]) -> Repairer:
-    return Repairer(
+def _get_cached_repairer(
+    plan_repairer: PlanRepairer, usable_objects: tuple[int, ...]
+) -> FewestEditsPlanRepairer:
+    return FewestEditsPlanRepairer(
         get_planner(plan_repairer.domain),
         plan_repairer.task.initial,
         to_planning_goal(plan_repairer.task),

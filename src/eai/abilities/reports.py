@@ -24,7 +24,12 @@ from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, find_check_witnesses, map_parameters_to_names, to_trace
+from eai.world.execution import (
+    Trajectory,
+    find_objects_explaining_failed_check,
+    map_parameters_to_names,
+    to_trace,
+)
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, compare_states
@@ -146,7 +151,9 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternatives(before, after, operator.bind(before, action.arguments))
+    undone = operator.find_failed_alternative_ways_to_act(
+        before, after, operator.bind(before, action.arguments)
+    )
     return "; ".join(
         f"{format_ltl(substitute_terms(unmet, objects))} remains: {fault}"
         for unmet, fault in (
@@ -158,7 +165,7 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
 def _describe_fault(check: Check, domain: Domain, action: Action, state: State) -> str:
     """Return a text on the fault of an action in a state. It names the objects that cause the fault."""
     reason = check.reason.format_map(map_parameters_to_names(action, domain, state.scene))
-    witnesses = find_check_witnesses(check, domain, action, state)
+    witnesses = find_objects_explaining_failed_check(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 

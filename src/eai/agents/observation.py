@@ -98,7 +98,7 @@ class Observer:
         self._egocentric_predicates = {
             predicate.name for predicate in wording.domain.egocentric if view == "scene"
         }
-        landmarks = wording.domain.find_initially_known_objects(task.initial, task.scene.everything)
+        landmarks = wording.domain.initially_known_object_filter(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(iterate_bits(landmarks))
         everything = range(len(task.scene.objects))
         subjects = wording.list_prompt_objects(task) if view == "task" else everything
@@ -197,7 +197,7 @@ class Observer:
         ):
             if changed.isdisjoint(listing.sources):
                 continue
-            if listing.is_of_stored_predicate:
+            if listing.is_predicate_stored:
                 added += self._select_visible_facts(listing, state_change.added, after.visible)
                 removed += self._select_visible_facts(listing, state_change.removed, before.visible)
                 continue
@@ -228,7 +228,9 @@ class Observer:
     def _select_visible_facts(
         self, listing: FactLister, facts: Iterable[Fact], visible: Indices
     ) -> list[Fact]:
-        listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
+        listed = [
+            fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed_if_true(fact)
+        ]
         if not listed:
             return listed
         objects, required = {*visible}, self._find_objects_whose_facts_are_listed(listing)
@@ -243,7 +245,7 @@ class Observer:
     def _find_visible_objects(self, state: State) -> Indices:
         if self._is_full:
             return self.subjects
-        return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
+        return tuple(iterate_bits(self._wording.domain.visible_object_filter(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
         return listing.list_facts(state, visible, self._find_objects_whose_facts_are_listed(listing))

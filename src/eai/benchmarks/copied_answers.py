@@ -239,7 +239,7 @@ def _make_plan_from_goal_conditions(benchmark: Benchmark, task: Task) -> Iterabl
         for literal in _list_goal_conditions(task)
     ]
     actions = [
-        achievers.get_achievers_for_executing_operators(list_actions_that_meet_goal(goal))
+        achievers.get_operators_as_achievers(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     plan += [_ground_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]

@@ -25,7 +25,7 @@ from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator
+from eai.world.frame import UNBOUND, ConditionTest, ObjectBySlot, ObjectFilter, SlotAllocator
 from eai.world.operator import Operator
 from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State, compare_states
@@ -68,10 +68,10 @@ class _UnboundVariableBinder(NamedTuple):
     needed: tuple[ConditionTest, ...]
 
 
-class _PartialBinding(NamedTuple):
+class _PartialVariableBinding(NamedTuple):
     """An incomplete binding of the variables of an effect, and the procedure that completes the binding."""
 
-    binding: FrameBinding
+    binding: ObjectBySlot
     join: _UnboundVariableBinder
 
 
@@ -93,7 +93,7 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        with_parameter_subgoals: whether the effect's conditions on operator parameters outside the atom
+        with_subgoals_outside_atom: whether the effect's conditions on operator parameters outside the atom
             become subgoals, which other actions may establish. If False, only conditions whose variables are
             all in the atom become subgoals.
 
@@ -107,7 +107,7 @@ class Achiever:
     """
 
     def __init__(
-        self, schema: EffectSchema, vocabulary: Vocabulary, *, with_parameter_subgoals: bool = False
+        self, schema: EffectSchema, vocabulary: Vocabulary, *, with_subgoals_outside_atom: bool = False
     ) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
@@ -115,7 +115,9 @@ class Achiever:
         self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_UnboundVariableBinder, _UnboundVariableBinder]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
-        own_conditions = _find_effect_conditions(schema, with_parameter_subgoals=with_parameter_subgoals)
+        own_conditions = _find_conditions_that_become_subgoals(
+            schema, with_subgoals_outside_atom=with_subgoals_outside_atom
+        )
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_static_formula(c, vocabulary)]
@@ -123,7 +125,7 @@ class Achiever:
         self._fixed = [c for c in self._filters if _is_static_formula(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
-        self._literals = [_find_stored_atom(c, vocabulary) for c, _ in self.conditions]
+        self._literals = [_find_atom_of_stored_predicate(c, vocabulary) for c, _ in self.conditions]
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
@@ -131,8 +133,12 @@ class Achiever:
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def generate_complete_bindings(
-        self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
-    ) -> Iterator[FrameBinding]:
+        self,
+        state: State,
+        scope: Mapping[str, int],
+        usable_objects_mask: int,
+        effort: SearchEffort | None = None,
+    ) -> Iterator[ObjectBySlot]:
         """Yield all bindings of the effect's variables that meet the conditions outside `conditions`.
 
         The formulas in `conditions` need not hold, because other actions may establish them first.
@@ -140,19 +146,19 @@ class Achiever:
         Args:
             state: the state.
             scope: mapping from the variables that have an object already to these objects.
-            usable_mask: the mask of the objects that actions may use.
+            usable_objects_mask: the mask of the objects that actions may use.
             effort: counter of values tried for variables. At its limit, no more bindings are yielded.
 
         Yields:
             A binding of `schema.variables`: the same list each time, changed in place.
         """
         return generate_complete_bindings(
-            state, self.make_partial_binding(state.scene, scope), usable_mask, effort
+            state, self.make_partial_variable_binding(state.scene, scope), usable_objects_mask, effort
         )
 
-    def make_partial_binding(
+    def make_partial_variable_binding(
         self, scene: Scene, scope: Mapping[str, int], *, only_static_conditions: bool = False
-    ) -> _PartialBinding:
+    ) -> _PartialVariableBinding:
         """Return a binding of some variables, with a procedure that finds objects for all other variables.
 
         Args:
@@ -170,7 +176,7 @@ class Achiever:
                 self._make_binding_procedure(unbound, self._fixed),
             )
             self._joins[unbound] = joins
-        return _PartialBinding(
+        return _PartialVariableBinding(
             self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]),
             joins[only_static_conditions],
         )
@@ -228,14 +234,17 @@ class Achiever:
 
 
 def generate_complete_bindings(
-    state: State, partial: _PartialBinding, usable_mask: int, effort: SearchEffort | None = None
-) -> Iterator[FrameBinding]:
+    state: State,
+    partial: _PartialVariableBinding,
+    usable_objects_mask: int,
+    effort: SearchEffort | None = None,
+) -> Iterator[ObjectBySlot]:
     """Yield the bindings of all variables that an incomplete binding allows in a state.
 
     Args:
         state: the state.
         partial: the incomplete binding, with the conditions that complete bindings must meet.
-        usable_mask: the mask of the objects that actions may use.
+        usable_objects_mask: the mask of the objects that actions may use.
         effort: counter of values tried for variables. If its limit is exceeded, no more bindings are yielded.
             None for no limit.
     """
@@ -245,30 +254,30 @@ def generate_complete_bindings(
             return
     values: list[int] = []
     for step in join.steps:
-        mask = usable_mask if step.is_parameter else state.scene.everything
+        mask = usable_objects_mask if step.is_parameter else state.scene.everything
         for matching in step.independent:
             mask = matching(state, binding, mask)
         if not mask:
             return
         values.append(mask)
-    yield from _complete_bindings_by_steps(state, binding, join.steps, values, effort or SearchEffort())
+    yield from _bind_remaining_variables(state, binding, join.steps, values, effort or SearchEffort())
 
 
-def _complete_bindings_by_steps(
+def _bind_remaining_variables(
     state: State,
-    binding: FrameBinding,
-    steps: Sequence[_UnboundVariable],
-    values: Sequence[int],
+    binding: ObjectBySlot,
+    unbound_variables: Sequence[_UnboundVariable],
+    value_masks: Sequence[int],
     effort: SearchEffort,
-) -> Iterator[FrameBinding]:
-    """Yield ``binding`` once for each way to give an object to every variable in ``steps``.
+) -> Iterator[ObjectBySlot]:
+    """Yield ``binding`` once for each way to give an object to every variable in ``unbound_variables``.
 
-    ``values`` has a mask of objects for each variable: only objects in the mask are tried.
+    ``value_masks`` has a mask of objects for each variable: only objects in the mask are tried.
     """
-    if not steps:
+    if not unbound_variables:
         yield binding
         return
-    step, mask = steps[0], values[0]
+    step, mask = unbound_variables[0], value_masks[0]
     for matching in step.masks:
         mask = matching(state, binding, mask)
     for index in iterate_bits(mask):
@@ -276,7 +285,9 @@ def _complete_bindings_by_steps(
             return
         binding[step.slot] = index
         if all(test(state, binding) for test in step.tests):
-            yield from _complete_bindings_by_steps(state, binding, steps[1:], values[1:], effort)
+            yield from _bind_remaining_variables(
+                state, binding, unbound_variables[1:], value_masks[1:], effort
+            )
     binding[step.slot] = UNBOUND
 
 
@@ -307,27 +318,27 @@ class AchieversByPredicate:
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def find_achievers(
-        self, predicate: str, *, adding: bool, with_parameter_subgoals: bool = False
+        self, predicate: str, *, adding: bool, with_subgoals_outside_atom: bool = False
     ) -> Sequence[Achiever]:
         """Return the effects (`Achiever`) that make atoms of a predicate true, or false, simplest first.
 
         Effects are sorted by the number of variables outside the atom, then by the number of conditions. With
-        ``with_parameter_subgoals``, a condition on operator parameters outside the atom becomes a subgoal if
+        ``with_subgoals_outside_atom``, a condition on operator parameters outside the atom becomes a subgoal if
         it fails. Then only effects with such a condition are returned.
         """
-        return self._compiled(predicate, adding, with_parameter_subgoals)
+        return self._compiled(predicate, adding, with_subgoals_outside_atom)
 
     def _compile_achievers(
-        self, predicate: str, adding: bool, with_parameter_subgoals: bool
+        self, predicate: str, adding: bool, with_subgoals_outside_atom: bool
     ) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
         suitable = [
             schema
             for schema in schemas
-            if not with_parameter_subgoals or _has_parameter_subgoals(schema, self._vocabulary)
+            if not with_subgoals_outside_atom or _has_subgoals_outside_atom(schema, self._vocabulary)
         ]
         achievers = [
-            Achiever(schema, self._vocabulary, with_parameter_subgoals=with_parameter_subgoals)
+            Achiever(schema, self._vocabulary, with_subgoals_outside_atom=with_subgoals_outside_atom)
             for schema in suitable
         ]
         return sorted(achievers, key=_make_complexity_sort_key)
@@ -341,24 +352,24 @@ class AchieversByPredicate:
             *[tuples[slot] for slot in self._fixed_tuples],
         ]
 
-    def get_achievers_for_executing_operators(self, operator_names: Iterable[str]) -> list[Achiever]:
+    def get_operators_as_achievers(self, operator_names: Iterable[str]) -> list[Achiever]:
         """Return an `Achiever` for each named operator. It stands for the execution of any of its actions.
 
         The achiever has one binding for each action of the operator. Unknown names are skipped.
         """
         return [self._taking[name] for name in operator_names if name in self._taking]
 
-    def get_atom_achiever_finder(self, state: State, usable_mask: int) -> _AtomAchieverFinder:
+    def get_atom_achiever_finder(self, state: State, usable_objects_mask: int) -> _AtomAchieverFinder:
         """Return the object that finds the effects that make ground atoms true or false in a state.
 
         The object is cached and serves all states with the same unchanging facts.
 
         Args:
             state: the state.
-            usable_mask: the mask of the objects that actions may use.
+            usable_objects_mask: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.can_be_used_in_state(state, usable_mask):
-            self._matches = _AtomAchieverFinder(self, state, usable_mask)
+        if self._matches is None or not self._matches.can_be_used_in_state(state, usable_objects_mask):
+            self._matches = _AtomAchieverFinder(self, state, usable_objects_mask)
         return self._matches
 
     def find_changing_operators(self, predicates: Iterable[str]) -> list[Operator]:
@@ -375,15 +386,17 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _find_effect_conditions(schema: EffectSchema, *, with_parameter_subgoals: bool) -> list[f.Formula]:
+def _find_conditions_that_become_subgoals(
+    schema: EffectSchema, *, with_subgoals_outside_atom: bool
+) -> list[f.Formula]:
     """Return the conditions of an effect that become subgoals if they do not hold.
 
-    These are the conditions whose variables are all in the effect's atom. With ``with_parameter_subgoals``,
+    These are the conditions whose variables are all in the effect's atom. With ``with_subgoals_outside_atom``,
     they also include conditions on the operator's other parameters.
     """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
-    if with_parameter_subgoals:
+    if with_subgoals_outside_atom:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
         conditions += [
             c for c in schema.conditions if c not in conditions and find_free_variables(c) <= variables
@@ -391,10 +404,12 @@ def _find_effect_conditions(schema: EffectSchema, *, with_parameter_subgoals: bo
     return conditions
 
 
-def _has_parameter_subgoals(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _find_effect_conditions(schema, with_parameter_subgoals=False)
+def _has_subgoals_outside_atom(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    own_conditions = _find_conditions_that_become_subgoals(schema, with_subgoals_outside_atom=False)
     others = [
-        c for c in _find_effect_conditions(schema, with_parameter_subgoals=True) if c not in own_conditions
+        c
+        for c in _find_conditions_that_become_subgoals(schema, with_subgoals_outside_atom=True)
+        if c not in own_conditions
     ]
     return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
 
@@ -435,7 +450,7 @@ def _is_static_formula(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     return all(_is_static_predicate(name, vocabulary) for name in find_predicates(formula))
 
 
-def _find_stored_atom(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
+def _find_atom_of_stored_predicate(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
     """Return the atom of a stored predicate that a condition demands or denies; None for other conditions."""
     literal = condition.operand if isinstance(condition, f.Not) else condition
     is_stored = (
@@ -498,7 +513,7 @@ class _GroundAction:
         failing = [index for index, (_, holds) in tests if not holds(state, binding)]
         return [self._get_condition(index) for index in failing] if failing else ()
 
-    def cache_condition_test_results(self, actions_by_fact: _Readers) -> None:
+    def allow_caching_of_test_results(self, actions_by_fact: _ActionsByConditionFact) -> None:
         """Let test results of the action be cached, if each condition is about one stored fact.
 
         Caching other results would cost more. ``actions_by_fact`` maps a fact to the actions whose conditions
@@ -522,10 +537,10 @@ class _GroundAction:
 GroundActions: TypeAlias = Iterable[_GroundAction]
 """The ground actions with a wanted effect in a state."""
 
-FailingConditions: TypeAlias = dict[_GroundAction, Sequence[_GroundCondition]]
+FailingConditionsByAction: TypeAlias = dict[_GroundAction, Sequence[_GroundCondition]]
 """Mapping from tested ground actions to their conditions that fail in a state."""
 
-_Readers: TypeAlias = dict[Fact, list[_GroundAction]]
+_ActionsByConditionFact: TypeAlias = dict[Fact, list[_GroundAction]]
 """Mapping from a fact to the actions whose conditions read it."""
 
 
@@ -562,9 +577,9 @@ class _PartlyBoundAchiever:
     def __init__(
         self,
         achiever: Achiever,
-        partial: _PartialBinding,
+        partial: _PartialVariableBinding,
         cached_bindings: Sequence[tuple[int, ...]] | None,
-        readers: _Readers,
+        readers: _ActionsByConditionFact,
         cached_action_counter: SearchEffort,
     ) -> None:
         self.achiever = achiever
@@ -575,15 +590,15 @@ class _PartlyBoundAchiever:
         self._actions: dict[tuple[int, ...], _GroundAction] = {}
 
     def generate_complete_bindings(
-        self, state: State, usable_mask: int, effort: SearchEffort | None = None
-    ) -> Iterator[FrameBinding]:
+        self, state: State, usable_objects_mask: int, effort: SearchEffort | None = None
+    ) -> Iterator[ObjectBySlot]:
         """Yield bindings of all variables of the operator's effect in a state.
 
         Each binding meets the conditions of the effect, except those that other actions may establish first
         (subgoals).
         """
         return (
-            generate_complete_bindings(state, self._partial, usable_mask, effort)
+            generate_complete_bindings(state, self._partial, usable_objects_mask, effort)
             if self._cached_bindings is None
             else map(list, self._cached_bindings)
         )
@@ -595,17 +610,19 @@ class _PartlyBoundAchiever:
             failing += not holds(state, binding)
         return failing >= min_count
 
-    def make_candidate_actions(self, state: State, usable_mask: int, effort: SearchEffort) -> GroundActions:
+    def find_actions_that_may_have_effect(
+        self, state: State, usable_objects_mask: int, effort: SearchEffort
+    ) -> GroundActions:
         """Return the ground actions that may have the effect of this achiever in a state.
 
         Args:
             state: the state.
-            usable_mask: the mask of the objects that actions may use.
+            usable_objects_mask: the mask of the objects that actions may use.
             effort: counter of values tried for variables. At its limit, no more actions follow.
         """
         if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
             return self._actions.values()
-        bindings = self.generate_complete_bindings(state, usable_mask, effort)
+        bindings = self.generate_complete_bindings(state, usable_objects_mask, effort)
         return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
@@ -620,7 +637,7 @@ class _PartlyBoundAchiever:
 
     def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
-        action.cache_condition_test_results(self._readers)
+        action.allow_caching_of_test_results(self._readers)
         return action
 
 
@@ -632,64 +649,68 @@ class _AtomAchieverFinder:
     Args:
         achievers: the achievers of the domain.
         state: any state that the finder serves.
-        usable_mask: the mask of the objects that actions may use.
+        usable_objects_mask: the mask of the objects that actions may use.
     """
 
-    def __init__(self, achievers: AchieversByPredicate, state: State, usable_mask: int) -> None:
+    def __init__(self, achievers: AchieversByPredicate, state: State, usable_objects_mask: int) -> None:
         self._achievers = achievers
         self._state = state
-        self._usable = usable_mask
+        self._usable = usable_objects_mask
         self._fixed = achievers.get_static_parts_of_state(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_PartlyBoundAchiever]] = {}
         self._operators: dict[Achiever, _PartlyBoundAchiever] = {}
         self._cached_action_counter = SearchEffort(_MAX_CACHED_ACTIONS)
-        self._readers: _Readers = {}
+        self._readers: _ActionsByConditionFact = {}
 
-    def remove_outdated_test_results(self, tests: FailingConditions, before: State, after: State) -> None:
+    def remove_outdated_test_results(
+        self, tests: FailingConditionsByAction, before: State, after: State
+    ) -> None:
         """Remove the test results of each action that reads a fact which differs between two states."""
         change = compare_states(before, after)
         for fact in change.added + change.removed:
             for action in self._readers.get(fact, ()):
                 tests.pop(action, None)
 
-    def can_be_used_in_state(self, state: State, usable_mask: int) -> bool:
-        """Whether this finder may be used for a state if actions may use the objects in ``usable_mask``."""
+    def can_be_used_in_state(self, state: State, usable_objects_mask: int) -> bool:
+        """Whether this finder may be used for a state if actions may use the objects in ``usable_objects_mask``."""
         return (
             self._state.scene is state.scene
-            and self._usable == usable_mask
+            and self._usable == usable_objects_mask
             and self._fixed == self._achievers.get_static_parts_of_state(state)
         )
 
     def find_achievers_of_atom(
-        self, atom: GroundAtom, *, with_parameter_subgoals: bool = False
+        self, atom: GroundAtom, *, with_subgoals_outside_atom: bool = False
     ) -> Sequence[_PartlyBoundAchiever]:
         """Return the achievers of an atom, simplest first: the effects that can make the atom true, or false.
 
         The atom's predicate is stored. The objects of the atom are bound to the variables of each effect.
         """
-        matches = self._found.get((atom, with_parameter_subgoals))
+        matches = self._found.get((atom, with_subgoals_outside_atom))
         if matches is None:
-            matches = self._found[atom, with_parameter_subgoals] = self._find_uncached_achievers_of_atom(
-                atom, with_parameter_subgoals=with_parameter_subgoals
+            matches = self._found[atom, with_subgoals_outside_atom] = self._compute_achievers_of_atom(
+                atom, with_subgoals_outside_atom=with_subgoals_outside_atom
             )
         return matches
 
-    def _find_uncached_achievers_of_atom(
-        self, atom: GroundAtom, *, with_parameter_subgoals: bool
+    def _compute_achievers_of_atom(
+        self, atom: GroundAtom, *, with_subgoals_outside_atom: bool
     ) -> Sequence[_PartlyBoundAchiever]:
         matches: list[_PartlyBoundAchiever] = []
         for achiever in self._achievers.find_achievers(
-            atom.predicate, adding=atom.truth, with_parameter_subgoals=with_parameter_subgoals
+            atom.predicate, adding=atom.truth, with_subgoals_outside_atom=with_subgoals_outside_atom
         ):
             scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
             if scope is not None:
-                fixed = achiever.make_partial_binding(self._state.scene, scope, only_static_conditions=True)
+                fixed = achiever.make_partial_variable_binding(
+                    self._state.scene, scope, only_static_conditions=True
+                )
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = SearchEffort(_MAX_BINDINGS)
                 completions = generate_complete_bindings(self._state, fixed, self._usable, effort)
                 bindings = [tuple(b) for b in islice(completions, max_bindings)]
                 if bindings or effort.is_limit_exceeded:
-                    partial = achiever.make_partial_binding(self._state.scene, scope)
+                    partial = achiever.make_partial_variable_binding(self._state.scene, scope)
                     is_whole = (
                         len(bindings) < max_bindings
                         and not effort.is_limit_exceeded
@@ -706,9 +727,9 @@ class _AtomAchieverFinder:
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
         """Return, for each named operator, an object that finds all ground actions of the operator."""
         matches = []
-        for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
+        for achiever in self._achievers.get_operators_as_achievers(operator_names):
             if achiever not in self._operators:
-                partial = achiever.make_partial_binding(self._state.scene, {})
+                partial = achiever.make_partial_variable_binding(self._state.scene, {})
                 self._operators[achiever] = _PartlyBoundAchiever(
                     achiever, partial, None, self._readers, self._cached_action_counter
                 )

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyNOf
-from eai.planning.achievers import AchieversByPredicate, FailingConditions, GroundActions
+from eai.planning.achievers import AchieversByPredicate, FailingConditionsByAction, GroundActions
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_object_indices_of_arguments
 from eai.world.action import Action
@@ -42,11 +42,11 @@ def choose_cheapest_exact_number(
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def make_extra_cost_sort_key(condition_index: int) -> tuple[bool, float]:
+    def make_cost_minus_negation_sort_key(condition_index: int) -> tuple[bool, float]:
         own_cost = cost(conditions[condition_index])
         return own_cost == float("inf"), own_cost - cost(opposites[condition_index])
 
-    order = sorted(range(len(conditions)), key=make_extra_cost_sort_key)
+    order = sorted(range(len(conditions)), key=make_cost_minus_negation_sort_key)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
@@ -100,7 +100,7 @@ _MAX_DEPTH = 60
 """Maximum nesting depth of computations of the cost of atoms. Deeper atoms count as unreachable."""
 
 
-class _FormulaWithObjects(NamedTuple):
+class _GroundFormulaKey(NamedTuple):
     """A formula (given by its ``id``), the objects of its free variables, and whether it must hold."""
 
     formula: int
@@ -108,7 +108,7 @@ class _FormulaWithObjects(NamedTuple):
     truth: bool
 
 
-_Key: TypeAlias = GroundAtom | _FormulaWithObjects
+_ConditionKey: TypeAlias = GroundAtom | _GroundFormulaKey
 
 
 class _CheapestAction(NamedTuple):
@@ -172,12 +172,12 @@ class _SubgoalSplitter:
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     values = (
-                        self._find_objects_meeting_a_conjunct(variable, body, scope)
+                        self._find_objects_meeting_any_conjunct(variable, body, scope)
                         if truth
-                        else self._find_usable_objects(variable)
+                        else self._find_objects_usable_by_actions(variable)
                     )
                     return AnyOf(self._make_subgoals_for_values(variable, body, scope, truth, values))
-                violating = self._find_violating_values(variable, body, scope, truth)
+                violating = self._find_values_with_wrong_truth(variable, body, scope, truth)
                 return AllOf(self._make_subgoals_for_values(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
                 return ExactlyNOf(
@@ -187,7 +187,7 @@ class _SubgoalSplitter:
                     ),
                 )
             case f.ForPairs() if truth:
-                return self._make_object_pairing(formula, scope)
+                return self._make_subgoal_table_for_pairs(formula, scope)
             case _:
                 return None
 
@@ -199,34 +199,34 @@ class _SubgoalSplitter:
     def _find_all_values(self, variable: f.Variable) -> list[int]:
         return list(iterate_bits(self._state.scene.get_category_mask(variable.category)))
 
-    def _find_usable_objects(self, variable: f.Variable) -> list[int]:
+    def _find_objects_usable_by_actions(self, variable: f.Variable) -> list[int]:
         allowed = self._state.scene.get_category_mask(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
-    def _find_objects_meeting_a_conjunct(
+    def _find_objects_meeting_any_conjunct(
         self, variable: f.Variable, body: f.Formula, scope: Scope
     ) -> list[int]:
         """Return the objects for which at least one conjunct of a quantifier's body holds.
 
         Only objects that actions may use are returned. If no conjunct holds for any of them, return them all.
         """
-        usable = self._find_usable_objects(variable)
+        usable = self._find_objects_usable_by_actions(variable)
         parts = body.operands if isinstance(body, f.And) else ()
         promising = {
             i for part in parts for i in self._evaluator.find_witnesses(variable, part, scope, self._state)
         }
         return [i for i in usable if i in promising] or usable
 
-    def _find_violating_values(
-        self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool
+    def _find_values_with_wrong_truth(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, wanted_truth: bool
     ) -> list[int]:
         holding = self._evaluator.find_witnesses(variable, body, scope, self._state)
-        if not truth:
+        if not wanted_truth:
             return list(holding)
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _make_object_pairing(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
+    def _make_subgoal_table_for_pairs(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
@@ -249,14 +249,14 @@ class CostEstimates:
         heuristic: the heuristic of the domain.
         state: the state.
         objects: the objects that actions may use.
-        protected: closed conditions that should stay true. Each such condition that an action makes false
+        protected_subgoals: closed conditions that should stay true. Each such condition that an action makes false
             raises the cost of the action by one.
         looks: counter of actions tested for estimates; if its limit is exceeded, estimates are invalid.
         bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
             are invalid.
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
             the conditions of an action read has changed.
-        keep_protected: whether actions that make a condition in ``protected`` false are left out.
+        forbid_undoing_protected: whether actions that make a condition in ``protected_subgoals`` false are left out.
         excluded: further actions that are left out.
 
     Attributes:
@@ -270,16 +270,16 @@ class CostEstimates:
         heuristic: AdditiveHeuristic,
         state: State,
         objects: Sequence[int],
-        protected: Sequence[Subgoal] = (),
+        protected_subgoals: Sequence[Subgoal] = (),
         looks: SearchEffort | None = None,
         bindings: SearchEffort | None = None,
         previous: CostEstimates | None = None,
         *,
-        keep_protected: bool = False,
+        forbid_undoing_protected: bool = False,
         excluded: Set[Action] = frozenset(),
     ) -> None:
         self.state = state
-        self._keep_protected = keep_protected
+        self._forbid_undoing_protected = forbid_undoing_protected
         self._excluded = excluded
         self.objects = objects
         self.bindings = bindings or SearchEffort(Limits().bindings)
@@ -288,26 +288,26 @@ class CostEstimates:
         self._unfolding = _SubgoalSplitter(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.ground_atom
-        self._protected = [condition for condition in protected if self.holds(condition)]
+        self._protected = [condition for condition in protected_subgoals if self.holds(condition)]
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
-        self._kept_tests: FailingConditions = (
-            {} if previous is None else self._reuse_failing_conditions(previous)
+        self._kept_tests: FailingConditionsByAction = (
+            {} if previous is None else self._take_still_valid_failing_conditions(previous)
         )
-        self._other_tests: FailingConditions = {}
+        self._other_tests: FailingConditionsByAction = {}
         self._supporters: dict[GroundAtom, _CheapestAction] = {}
-        self._costs: dict[_Key, float] = {}
-        self._failed_limits: dict[_Key, float] = {}
+        self._costs: dict[_ConditionKey, float] = {}
+        self._failed_limits: dict[_ConditionKey, float] = {}
         self._undone: dict[Action, int] = {}
         # The conditions whose costs are being computed, each with its depth in the recursion.
-        self._open: dict[_Key, int] = {}
+        self._open: dict[_ConditionKey, int] = {}
         # Lowest depth of an open condition whose cost the innermost computation needed; _MAX_DEPTH for none.
         self._cut_depth = _MAX_DEPTH
         # Conditions for which no cost was found, perhaps only because an open condition had no cost yet.
         # `_causes` maps a condition to this open condition.
-        self._uncertain: list[_Key] = []
-        self._causes: dict[_Key, _Key] = {}
+        self._uncertain: list[_ConditionKey] = []
+        self._causes: dict[_ConditionKey, _ConditionKey] = {}
 
     def estimate(self, subgoal: Subgoal, max_cost: float = INFINITE) -> float:
         """Estimate the number of actions until a condition holds.
@@ -328,13 +328,13 @@ class CostEstimates:
                 return best
         return _NO_SUPPORTER
 
-    def split_into_cheapest_literals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
+    def split_into_cheapest_literal_subgoals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """Return literals that together establish a condition, by the cheapest choice in each disjunction."""
         parts = None if isinstance(subgoal.formula, f.Atom) else self.split_into_cheapest_parts(subgoal)
         return (
             (subgoal,)
             if parts is None
-            else tuple([c for part in parts for c in self.split_into_cheapest_literals(part)])
+            else tuple([c for part in parts for c in self.split_into_cheapest_literal_subgoals(part)])
         )
 
     def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
@@ -345,7 +345,7 @@ class CostEstimates:
         the predicate is neither stored nor computed by a function.
         """
         if isinstance(subgoal.formula, f.Atom):
-            definition = self._find_definition(self.atom(subgoal.formula, subgoal))
+            definition = self._replace_atom_by_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
         parts = self._unfolding.split_into_parts(subgoal)
         return None if parts is None else self._choose_cheapest_parts(parts)
@@ -373,19 +373,19 @@ class CostEstimates:
 
         The cost is infinite if no action costs less than ``limit``. An action does not count if one of its
         conditions can be established only after the atom. If a search without a cost limit finds no action,
-        it is repeated with ``with_parameter_subgoals`` (see `AchieversByPredicate.find_achievers`).
+        it is repeated with ``with_subgoals_outside_atom`` (see `AchieversByPredicate.find_achievers`).
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
             if atom.predicate in self._heuristic.static or self._is_computation_needless(atom, limit):
                 return _NO_SUPPORTER
             horizon = _round_up_cost_limit(limit)
-            before = self._begin_computation(atom)
+            before = self._begin_cost_computation(atom)
             best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
             if best.action is None and horizon == INFINITE:
-                best = self._find_cheaper_action(atom, best, with_parameter_subgoals=True)
+                best = self._find_cheaper_action(atom, best, with_subgoals_outside_atom=True)
             supporter = _NO_SUPPORTER if best.action is None else best
-            self._end_computation(atom, supporter.cost, horizon, before)
+            self._end_cost_computation(atom, supporter.cost, horizon, before)
             if best.action is not None:
                 self._supporters[atom] = best
         return supporter if supporter.cost < limit else _NO_SUPPORTER
@@ -395,7 +395,7 @@ class CostEstimates:
         target: GroundAtom | Sequence[str],
         best: _CheapestAction,
         *,
-        with_parameter_subgoals: bool = False,
+        with_subgoals_outside_atom: bool = False,
     ) -> _CheapestAction:
         """Return the first of the cheapest actions that cost less than the action ``best``, else ``best``.
 
@@ -403,7 +403,9 @@ class CostEstimates:
         may execute.
         """
         matches = (
-            self._matches.find_achievers_of_atom(target, with_parameter_subgoals=with_parameter_subgoals)
+            self._matches.find_achievers_of_atom(
+                target, with_subgoals_outside_atom=with_subgoals_outside_atom
+            )
             if isinstance(target, GroundAtom)
             else self._matches.get_achievers_of_operators(target)
         )
@@ -412,7 +414,7 @@ class CostEstimates:
                 continue
             candidates = self._candidates.get(match)
             if candidates is None:
-                candidates = match.make_candidate_actions(self.state, self._usable, self.bindings)
+                candidates = match.find_actions_that_may_have_effect(self.state, self._usable, self.bindings)
                 self._candidates[match] = candidates
             best = self._find_cheapest_candidate(candidates, best)
             if best.cost <= _MIN_COST:
@@ -431,11 +433,11 @@ class CostEstimates:
                 ground = self.atom(atom, subgoal)
                 if predicate not in self._heuristic.derived:
                     return self.find_supporter(ground, limit).cost
-                key: _Key = ground
+                key: _ConditionKey = ground
             case f.Exists() | f.ForAll() as formula:
                 names = self._heuristic.readings.list_free_variables(formula)
                 values = tuple([subgoal.scope[name] for name in names])
-                key = _FormulaWithObjects(id(formula), values, subgoal.truth)
+                key = _GroundFormulaKey(id(formula), values, subgoal.truth)
             case _:
                 return self._compute_cost_of_parts(subgoal, limit)
         cost = self._costs.get(key, INFINITE)
@@ -443,14 +445,14 @@ class CostEstimates:
             if self._is_computation_needless(key, limit):
                 return INFINITE
             horizon = _round_up_cost_limit(limit)
-            before = self._begin_computation(key)
+            before = self._begin_cost_computation(key)
             cost = self._compute_cost_of_parts(subgoal, horizon)
-            self._end_computation(key, cost, horizon, before)
+            self._end_cost_computation(key, cost, horizon, before)
             if cost < INFINITE:
                 self._costs[key] = cost
         return cost if cost < limit else INFINITE
 
-    def _is_computation_needless(self, key: _Key, limit: float) -> bool:
+    def _is_computation_needless(self, key: _ConditionKey, limit: float) -> bool:
         """Whether the cost of a condition is not computed: it would not be found below ``limit``.
 
         There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
@@ -464,39 +466,41 @@ class CostEstimates:
         self._cut_depth = min(self._cut_depth, self._open.get(key, _MAX_DEPTH))
         return True
 
-    def _begin_computation(self, key: _Key) -> tuple[int, int]:
-        """Mark the cost of a condition as being computed. Return values for `_end_computation`."""
+    def _begin_cost_computation(self, key: _ConditionKey) -> tuple[int, int]:
+        """Mark the cost of a condition as being computed. Return values for `_end_cost_computation`."""
         self._causes.pop(key, None)
         self._open[key] = len(self._open)
         before = self._cut_depth, len(self._uncertain)
         self._cut_depth = _MAX_DEPTH
         return before
 
-    def _end_computation(self, key: _Key, cost: float, limit: float, before: tuple[int, int]) -> None:
-        """Store the cost of a condition; an infinite cost means that no cost below ``limit`` was found.
+    def _end_cost_computation(
+        self, key: _ConditionKey, cost: float, cost_limit: float, values_at_begin: tuple[int, int]
+    ) -> None:
+        """Store the cost of a condition; an infinite cost means that no cost below ``cost_limit`` was found.
 
         Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
         If that condition gets a finite cost, the failure proves only that no cost is below this cost plus
-        one. ``before`` is the result of `_begin_computation`.
+        one. ``values_at_begin`` is the result of `_begin_cost_computation`.
         """
         depth = self._open.pop(key)
-        cut, self._cut_depth = self._cut_depth, before[0]
+        cut, self._cut_depth = self._cut_depth, values_at_begin[0]
         if cut < depth:
             self._causes[key] = next(islice(self._open, cut, None))
         if cost < INFINITE:
-            for other in self._uncertain[before[1] :]:
+            for other in self._uncertain[values_at_begin[1] :]:
                 self._failed_limits[other] = min(self._failed_limits[other], cost + _MIN_COST)
             return
-        self._failed_limits[key] = limit
+        self._failed_limits[key] = cost_limit
         if cut < depth:
             self._uncertain.append(key)
             self._cut_depth = min(self._cut_depth, cut)
         else:
-            del self._uncertain[before[1] :]
+            del self._uncertain[values_at_begin[1] :]
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, f.Atom):
-            definition = self._find_definition(self.atom(subgoal.formula, subgoal))
+            definition = self._replace_atom_by_definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
                 return self._compute_cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
@@ -506,7 +510,9 @@ class CostEstimates:
         conditions = None if parts is None else self._choose_cheapest_parts(parts)
         if conditions is None:
             return INFINITE
-        return self._sum_costs([(part, None) for part in conditions if not self.holds(part)], limit)
+        return self._sum_costs_of_failing_conditions(
+            [(part, None) for part in conditions if not self.holds(part)], limit
+        )
 
     def _find_least_cost(self, conditions: Sequence[Subgoal], limit: float) -> float:
         best = INFINITE
@@ -516,7 +522,9 @@ class CostEstimates:
                 break
         return best
 
-    def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
+    def _sum_costs_of_failing_conditions(
+        self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float
+    ) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
         A condition that is known as a literal of a stored predicate is paired with this literal. Other
@@ -564,14 +572,14 @@ class CostEstimates:
                 return cheapest
         return None
 
-    def _find_definition(self, atom: GroundAtom) -> Subgoal | None:
+    def _replace_atom_by_definition(self, atom: GroundAtom) -> Subgoal | None:
         derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, DefinedPredicate):
             return None
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _reuse_failing_conditions(self, previous: CostEstimates) -> FailingConditions:
+    def _take_still_valid_failing_conditions(self, previous: CostEstimates) -> FailingConditionsByAction:
         """Take the cached failing conditions of actions from ``previous``; return those valid in this state.
 
         The cache of ``previous`` is empty afterwards.
@@ -586,7 +594,9 @@ class CostEstimates:
         for candidate in candidates:
             if self._excluded and candidate.action in self._excluded:
                 continue
-            if self._keep_protected and self._count_protected_conditions_broken_by(candidate.action):
+            if self._forbid_undoing_protected and self._count_protected_conditions_broken_by(
+                candidate.action
+            ):
                 continue
             tests = self._kept_tests if candidate.is_test_kept else self._other_tests
             failing = tests.get(candidate)
@@ -599,7 +609,7 @@ class CostEstimates:
                 if cost < best.cost:
                     best = _CheapestAction(cost, candidate.action, ())
             elif len(failing) < best.cost - _MIN_COST:
-                cost = _MIN_COST + self._sum_costs(failing, best.cost - _MIN_COST)
+                cost = _MIN_COST + self._sum_costs_of_failing_conditions(failing, best.cost - _MIN_COST)
                 if cost < best.cost:
                     prerequisites = tuple([condition for condition, _ in failing])
                     best = _CheapestAction(cost, candidate.action, prerequisites)

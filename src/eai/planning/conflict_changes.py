@@ -68,7 +68,7 @@ class _EffectOnFact(NamedTuple):
     makes_change: bool
 
 
-class FactChangeFinder:
+class NecessaryChangeFinder:
     """Finds changes of facts that may make conditions true or false, and the actions that make them.
 
     One finder serves one episode.
@@ -130,7 +130,7 @@ class FactChangeFinder:
         if all_makers is None:
             unread = [
                 a
-                for name in self._get_operators_of_unread_effects(change)
+                for name in self._get_operators_with_effects_lacking_schema(change)
                 for a in self.get_actions_of_operator(name)
             ]
             makers = [
@@ -139,7 +139,7 @@ class FactChangeFinder:
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return all_makers
 
-    def group_actions_making_change(
+    def group_actions_making_change_by_conditions(
         self, change: FactChange
     ) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
         """Yield the actions that may change a fact, in groups with equal conditions.
@@ -147,7 +147,8 @@ class FactChangeFinder:
         Each group is a pair: the actions, and the conditions of the effect that makes the change.
         """
         yield from (
-            (self.get_actions_of_operator(name), []) for name in self._get_operators_of_unread_effects(change)
+            (self.get_actions_of_operator(name), [])
+            for name in self._get_operators_with_effects_lacking_schema(change)
         )
         for schema, scope, actions in self._find_schemas_making_change(change):
             names = [parameter.name for parameter in schema.operator.parameters]
@@ -162,7 +163,7 @@ class FactChangeFinder:
                 inner = scope | {names[i]: value for i, value in zip(positions, values, strict=True)}
                 yield group, [(condition, inner) for condition in conditions]
 
-    def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:
+    def _get_operators_with_effects_lacking_schema(self, change: FactChange) -> list[str]:
         """Return the names of the operators that may change a fact by an effect without an `EffectSchema`.
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
@@ -203,8 +204,10 @@ class FactChangeFinder:
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
-            for achiever in self._achievers.get_achievers_for_executing_operators([name]):
-                partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
+            for achiever in self._achievers.get_operators_as_achievers([name]):
+                partial = achiever.make_partial_variable_binding(
+                    self._initial.scene, {}, only_static_conditions=True
+                )
                 effort = SearchEffort(_MAX_BINDINGS)
                 for binding in generate_complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend_and_check_limit(ACTION_BINDINGS):
@@ -221,14 +224,16 @@ class FactChangeFinder:
         """
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
-            and self._exceeds_action_limit(operator.name)
+            and self._has_too_many_actions_to_list(operator.name)
             for operator in self._domain.operators
         )
 
-    def _exceeds_action_limit(self, operator_name: str) -> bool:
+    def _has_too_many_actions_to_list(self, operator_name: str) -> bool:
         effort = SearchEffort(_MAX_BINDINGS)
-        for achiever in self._achievers.get_achievers_for_executing_operators([operator_name]):
-            partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
+        for achiever in self._achievers.get_operators_as_achievers([operator_name]):
+            partial = achiever.make_partial_variable_binding(
+                self._initial.scene, {}, only_static_conditions=True
+            )
             for _ in generate_complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend_and_check_limit(ACTION_BINDINGS):
                     break
@@ -264,7 +269,7 @@ class FactChangeFinder:
                     )
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def find_earlier_changes_for_wanted_change(
+    def find_changes_before_step_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts after which a step may make a wanted change, or no longer undo the change.
@@ -282,32 +287,34 @@ class FactChangeFinder:
         undoes = False
         for schema, scope, helps in self._find_effects_making_or_undoing(step, wanted_change):
             if helps and not is_executed:
-                return self.find_changes_to_skip_or_unskip_step(step, state, is_executed=False), False
+                return self.find_changes_toggling_need_for_step(step, state, is_executed=False), False
             tried = schema.checks if schema.operator.alternatives else ()
             conditions = (*schema.conditions, *tried)
             closed_parts = [(c, scope) for c in conditions if scope.keys() >= set(self.names(c))]
             fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
-                earlier_changes |= self._find_changes_of_parts(closed_parts, state, True, all_needed=True)
+                earlier_changes |= self._find_necessary_changes_for_parts(
+                    closed_parts, state, True, all_needed=True
+                )
             elif helps or (is_executed and not fails):
                 for condition in conditions:
                     if not scope.keys() >= set(self.names(condition)):
-                        earlier_changes |= self.find_changes_of_all_predicates_in(condition)
+                        earlier_changes |= self.find_all_fact_changes_of_predicates_in(condition)
                 undoes = undoes or not helps
                 if not helps:
-                    earlier_changes |= self._find_changes_of_parts(
+                    earlier_changes |= self._find_necessary_changes_for_parts(
                         closed_parts, state, False, all_needed=False
                     )
         if undoes:
-            earlier_changes |= self.find_changes_to_skip_or_unskip_step(step, state, is_executed=True)
+            earlier_changes |= self.find_changes_toggling_need_for_step(step, state, is_executed=True)
         return frozenset(earlier_changes), undoes
 
-    def get_changes_by_unknown_effects(self, operator_name: str) -> ChangeSet:
+    def get_changes_by_effects_without_schema(self, operator_name: str) -> ChangeSet:
         """Return all possible changes of facts if an operator's effect has no `EffectSchema`, else none."""
         names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
         return frozenset(self._find_changes_of_predicates(names))
 
-    def select_changes_made_or_undone(self, step: Action, changes: ChangeSet) -> list[FactChange]:
+    def select_changes_step_makes_or_undoes(self, step: Action, changes: ChangeSet) -> list[FactChange]:
         """Return the changes in a set that a step may make, or may undo by making the opposite change."""
         predicates = self._changed_by[step.operator]
         return [
@@ -330,7 +337,7 @@ class FactChangeFinder:
             )
         return effects
 
-    def find_changes_to_skip_or_unskip_step(
+    def find_changes_toggling_need_for_step(
         self, step: Action, state: State, *, is_executed: bool
     ) -> ChangeSet:
         """Return the changes of facts that may turn an executed step into a skipped step, or the reverse.
@@ -341,7 +348,7 @@ class FactChangeFinder:
         scope = operator.map_parameters(step.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == is_executed]
-        return self._find_changes_of_parts(wrong, state, not is_executed, all_needed=False)
+        return self._find_necessary_changes_for_parts(wrong, state, not is_executed, all_needed=False)
 
     def _match_schema(
         self, schema: EffectSchema, action: Action, change: FactChange
@@ -375,26 +382,26 @@ class FactChangeFinder:
                 )
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
-                return self._find_changes_of_parts(
+                return self._find_necessary_changes_for_parts(
                     parts, state, truth, all_needed=isinstance(formula, f.And) == truth
                 )
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    return self._find_changes_for_value_of_variable(variable, body, scope, state, truth)
+                    return self._find_necessary_changes_for_one_value(variable, body, scope, state, truth)
                 holding = make_mask(self._readings.find_witnesses(variable, body, scope, state))
                 values = iterate_bits(
                     state.scene.get_category_mask(variable.category) & ~holding if truth else holding
                 )
                 instances = [(body, {**scope, variable.name: value}) for value in values]
-                return self._find_changes_of_parts(instances, state, truth, all_needed=True)
+                return self._find_necessary_changes_for_parts(instances, state, truth, all_needed=True)
             case f.Atom():
                 return self._find_changes_of_atom(formula, scope, state, truth)
             case f.Equals():
                 return _NOTHING
             case _:
-                return self.find_changes_of_all_predicates_in(formula)
+                return self.find_all_fact_changes_of_predicates_in(formula)
 
-    def _find_changes_of_parts(
+    def _find_necessary_changes_for_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
         """Return changes of facts; one must happen before a compound condition can have the value ``truth``.
@@ -419,7 +426,7 @@ class FactChangeFinder:
                     break
         return best
 
-    def _find_changes_for_value_of_variable(
+    def _find_necessary_changes_for_one_value(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
         """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
@@ -429,7 +436,7 @@ class FactChangeFinder:
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
-            _split_conjuncts(body, truth), key=lambda part: self.count_changeable_predicates(part[0])
+            _split_conjuncts(body, truth), key=lambda part: self.count_predicates_changed_by_actions(part[0])
         ):
             holding = make_mask(self._readings.find_witnesses(variable, part, scope, state))
             holding = holding if part_truth else ~holding
@@ -446,7 +453,7 @@ class FactChangeFinder:
                     )
         return frozenset(changes)
 
-    def count_changeable_predicates(self, formula: f.Formula) -> int:
+    def count_predicates_changed_by_actions(self, formula: f.Formula) -> int:
         """Count the predicates that a condition reads and that actions change.
 
         Conditions that read few such predicates are examined first.
@@ -477,17 +484,17 @@ class FactChangeFinder:
             return _NOTHING if name in self._static else frozenset((FactChange(name, arguments, truth),))
         defined = find_definition(derived)
         if defined is None:
-            return self.find_changes_of_all_predicates_in(atom)
+            return self.find_all_fact_changes_of_predicates_in(atom)
         key = (name, arguments, truth)
         if key in self._open:  # an atom cannot become true by a definition that needs the atom itself
-            return _NOTHING if truth else self.find_changes_of_all_predicates_in(atom)
+            return _NOTHING if truth else self.find_all_fact_changes_of_predicates_in(atom)
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
         changes = self.find_necessary_changes(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
         return changes
 
-    def find_changes_of_all_predicates_in(self, formula: f.Formula) -> ChangeSet:
+    def find_all_fact_changes_of_predicates_in(self, formula: f.Formula) -> ChangeSet:
         """Return all possible changes of facts of the predicates that a condition reads."""
         cached = self._changes_of_predicates.get(id(formula))
         if cached is None:

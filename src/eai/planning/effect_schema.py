@@ -158,28 +158,35 @@ def _add_condition_to_schema(outer: EffectSchema, condition: f.Formula) -> Effec
 
 
 def _specialize_check_to_one_object(
-    check: f.Formula, variable: f.Variable, condition: f.Formula
+    check: f.Formula, object_variable: f.Variable, object_condition: f.Formula
 ) -> f.Formula:
-    """Turn a check about all objects that meet ``condition`` into a check about one object, ``variable``.
+    """Turn a check about all objects that meet ``object_condition`` into a check about one object, ``object_variable``.
 
     For example, the operator puts an object into the hand. The check "the object in the hand is not too big"
     becomes "this object is not too big".
     """
     match check:
         case f.Atom(predicate, arguments) if (
-            isinstance(condition, f.Atom) and condition.predicate == predicate
+            isinstance(object_condition, f.Atom) and object_condition.predicate == predicate
         ):
-            same = zip(arguments, condition.arguments, strict=True)
+            same = zip(arguments, object_condition.arguments, strict=True)
             return f.Or((check, _conjoin([f.Equals(one, other) for one, other in same])))
-        case f.Exists(quantified, body) if quantified == variable:
+        case f.Exists(quantified, body) if quantified == object_variable:
             parts = f.get_operands(body, f.And)
-            return _conjoin([part for part in parts if part != condition]) if condition in parts else check
+            return (
+                _conjoin([part for part in parts if part != object_condition])
+                if object_condition in parts
+                else check
+            )
         case f.Not(operand):
-            inner = _specialize_check_to_one_object(operand, variable, condition)
+            inner = _specialize_check_to_one_object(operand, object_variable, object_condition)
             return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)
         case f.And(operands) | f.Or(operands):
             return type(check)(
-                tuple(_specialize_check_to_one_object(part, variable, condition) for part in operands)
+                tuple(
+                    _specialize_check_to_one_object(part, object_variable, object_condition)
+                    for part in operands
+                )
             )
         case _:
             return check
@@ -264,25 +271,25 @@ def _replace_changes_of_derived_predicates(
 
 
 def _find_atom_changes_towards_truth(
-    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
+    formula: f.Formula, scope: Mapping[str, int | None], wanted_truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield each atom of a formula with the truth value that helps the formula to get the value ``truth``."""
+    """Yield each atom of a formula with the truth value that helps the formula to get the value ``wanted_truth``."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]
-            yield FactChange(predicate, tuple(arguments), truth)
+            yield FactChange(predicate, tuple(arguments), wanted_truth)
         case f.Not(operand):
-            yield from _find_atom_changes_towards_truth(operand, scope, not truth, find_object)
+            yield from _find_atom_changes_towards_truth(operand, scope, not wanted_truth, find_object)
         case f.Implies(premise, conclusion):
-            yield from _find_atom_changes_towards_truth(premise, scope, not truth, find_object)
-            yield from _find_atom_changes_towards_truth(conclusion, scope, truth, find_object)
+            yield from _find_atom_changes_towards_truth(premise, scope, not wanted_truth, find_object)
+            yield from _find_atom_changes_towards_truth(conclusion, scope, wanted_truth, find_object)
         case f.Exactly() | f.ForPairs():
             for part in get_subformulas(formula):
                 yield from _find_atom_changes_towards_truth(part, {}, True, find_object)
                 yield from _find_atom_changes_towards_truth(part, {}, False, find_object)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
-            yield from _find_atom_changes_towards_truth(body, inner, truth, find_object)
+            yield from _find_atom_changes_towards_truth(body, inner, wanted_truth, find_object)
         case _:
             for part in get_subformulas(formula):
-                yield from _find_atom_changes_towards_truth(part, scope, truth, find_object)
+                yield from _find_atom_changes_towards_truth(part, scope, wanted_truth, find_object)

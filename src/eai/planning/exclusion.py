@@ -37,7 +37,7 @@ _MAX_PAIRS = 64
 _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
 
-_MAX_LEMMAS = 64
+_MAX_CACHED_EXCLUSION_PROOFS = 64
 """Maximum number of cached proofs of whether two facts exclude each other.
 
 Pairs of facts that differ only in their objects have common proofs.
@@ -70,7 +70,7 @@ _Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
 """Facts that a proof examines together. Each argument is a known object, or None for any object."""
 
 
-class _Lemma(NamedTuple):
+class _CachedExclusionProof(NamedTuple):
     """The result of a proof of whether two facts exclude each other. Other episodes may use it.
 
     Attributes:
@@ -84,7 +84,7 @@ class _Lemma(NamedTuple):
     is_exclusive: bool
 
 
-class _Condition(NamedTuple):
+class _FormulaWithRequiredTruth(NamedTuple):
     """A formula that must be true, or must be false if ``truth`` is False.
 
     Attributes:
@@ -98,7 +98,7 @@ class _Condition(NamedTuple):
     unfolded: frozenset[str] = frozenset()
 
 
-class FactExclusionRules:
+class MutualExclusionRules:
     """The rules by which facts exclude each other in a domain, for any initial state."""
 
     def __init__(self, domain: Domain) -> None:
@@ -109,11 +109,11 @@ class FactExclusionRules:
         self.unread = {name for o in domain.operators for name in find_predicates_with_incomplete_schemas(o)}
         self.rivals = self._map_to_possibly_exclusive_predicates(domain)
         self.constants = self._find_constants(domain)
-        self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
+        self.cached_proofs: dict[tuple[_Facts, tuple[int, ...]], list[_CachedExclusionProof]] = {}
 
-    def make_fact_exclusion_prover(self, initial: State) -> _FactExclusionProver:
+    def make_mutual_exclusion_prover(self, initial: State) -> _MutualExclusionProver:
         """Return the object that proves which facts exclude each other in episodes from an initial state."""
-        return _FactExclusionProver(self, initial)
+        return _MutualExclusionProver(self, initial)
 
     def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return, for each predicate, the predicates whose facts may exclude its facts.
@@ -145,7 +145,7 @@ class FactExclusionRules:
         return [f.Constant(name) for name in names]
 
 
-class _FactExclusionProver:
+class _MutualExclusionProver:
     """Proves that no state of one episode meets given literals.
 
     Args:
@@ -153,7 +153,7 @@ class _FactExclusionProver:
         initial: the initial state of the episode.
     """
 
-    def __init__(self, rules: FactExclusionRules, initial: State) -> None:
+    def __init__(self, rules: MutualExclusionRules, initial: State) -> None:
         self.rules = rules
         self.index = {constant: find_object(constant, initial.scene) for constant in rules.constants}
         self.are_true_at_start = lru_cache(_MAX_CACHED_ANSWERS)(self._are_true_at_start_uncached)
@@ -165,7 +165,7 @@ class _FactExclusionProver:
         conditions = []
         for predicate, arguments, truth in literals:
             atom = f.Atom(predicate, tuple([f.Variable(str(i)) for i in arguments]))
-            conditions.append(_Condition(atom, {str(i): i for i in arguments}, truth))
+            conditions.append(_FormulaWithRequiredTruth(atom, {str(i): i for i in arguments}, truth))
         return not _HypotheticalState(self, self.are_true_at_start, self.is_exclusive).may_hold_together(
             conditions
         )
@@ -176,20 +176,22 @@ class _FactExclusionProver:
         objects = [*dict.fromkeys([*self.index.values(), *arguments])]
         numbers = {index: number for number, index in enumerate(objects)}
         constants = tuple([numbers[index] for index in self.index.values()])
-        lemmas = self.rules.lemmas.setdefault((_replace_object_indices(pair, numbers), constants), [])
-        for lemma in tuple(lemmas):
+        cached_proofs = self.rules.cached_proofs.setdefault(
+            (_replace_object_indices(pair, numbers), constants), []
+        )
+        for cached_proof in tuple(cached_proofs):
             if all(
                 self.are_true_at_start(_replace_object_indices(facts, objects)) is answer
-                for facts, answer in lemma.answers
+                for facts, answer in cached_proof.answers
             ):
-                return lemma.is_exclusive
-        proof = _InductionProof(self)
+                return cached_proof.is_exclusive
+        proof = _InductiveMutualExclusionProof(self)
         result = proof.proves_exclusive(pair)
         answers = [
             (_replace_object_indices(facts, numbers), answer) for facts, answer in proof.answers.items()
         ]
-        lemmas.append(_Lemma(tuple(answers), result))
-        del lemmas[:-_MAX_LEMMAS]
+        cached_proofs.append(_CachedExclusionProof(tuple(answers), result))
+        del cached_proofs[:-_MAX_CACHED_EXCLUSION_PROOFS]
         return result
 
     def _are_true_at_start_uncached(self, facts: _Facts) -> bool:
@@ -220,7 +222,7 @@ class _FactExclusionProver:
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 
-class _InductionProof:
+class _InductiveMutualExclusionProof:
     """A proof by induction that two facts never hold together (are exclusive).
 
     The proof may need other pairs of facts to be exclusive. It assumes so until the proof of a pair fails.
@@ -234,7 +236,7 @@ class _InductionProof:
         answers: tuples of facts that the proof tested, each with whether all its facts hold at the start.
     """
 
-    def __init__(self, prover: _FactExclusionProver) -> None:
+    def __init__(self, prover: _MutualExclusionProver) -> None:
         self.answers: dict[_Facts, bool] = {}
         self._prover = prover
         self._failed: set[_Facts] = set()
@@ -281,35 +283,36 @@ class _InductionProof:
         if rules.unread & {one.predicate, other.predicate} or self._are_true_at_start((one, other)):
             return False
         return all(
-            self._preserves_exclusion(schema, added, other_fact)
+            self._keeps_other_fact_false(schema, added, other_fact)
             for added, other_fact in ((one, other), (other, one))
             for schemas in rules.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
 
-    def _preserves_exclusion(
-        self, schema: EffectSchema, added: _FactWithOpenArguments, other: _FactWithOpenArguments
+    def _keeps_other_fact_false(
+        self, schema: EffectSchema, added_fact: _FactWithOpenArguments, other_fact: _FactWithOpenArguments
     ) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
         scope: dict[str, _FactArgument] | None = match_atom(
-            schema.atom, added.arguments, self._prover.index.__getitem__
+            schema.atom, added_fact.arguments, self._prover.index.__getitem__
         )
         if scope is None:
             return True
         full = {**{name: f"{name}?" for name in schema.variables}, **scope}
-        terms = [f"{i}?" if argument is None else argument for i, argument in enumerate(other.arguments)]
-        instance = other._replace(arguments=tuple(terms))
+        terms = [f"{i}?" if argument is None else argument for i, argument in enumerate(other_fact.arguments)]
+        instance = other_fact._replace(arguments=tuple(terms))
         effects = self._prover.rules.effects[schema.operator.name]
         is_deleted = any(
-            self._deletes_fact_if_other_effect_happens(effect, schema, instance, full) for effect in effects
+            self._deletes_fact_whenever_other_effect_happens(effect, schema, instance, full)
+            for effect in effects
         )
         if not is_deleted and self._may_effects_happen_together([(schema, full)], instance):
             return False
         return not any(
-            self._may_add_both_facts(schema, scope, effect, other)
+            self._may_add_both_facts(schema, scope, effect, other_fact)
             for effect in effects
-            if effect.adds and effect.atom.predicate == other.predicate
+            if effect.adds and effect.atom.predicate == other_fact.predicate
         )
 
     def _may_add_both_facts(
@@ -342,13 +345,13 @@ class _InductionProof:
             self._prover, self._are_true_at_start, self._is_assumed_exclusive, *facts_before
         ).may_hold_together(
             [
-                _Condition(formula, scope)
+                _FormulaWithRequiredTruth(formula, scope)
                 for schema, scope in effects
                 for formula in (*schema.conditions, *[check.condition for check in schema.operator.checks])
             ]
         )
 
-    def _deletes_fact_if_other_effect_happens(
+    def _deletes_fact_whenever_other_effect_happens(
         self,
         effect: EffectSchema,
         other_effect: EffectSchema,
@@ -379,7 +382,7 @@ class _HypotheticalState:
 
     def __init__(
         self,
-        prover: _FactExclusionProver,
+        prover: _MutualExclusionProver,
         are_true_at_start: Callable[[_Facts], bool],
         are_exclusive: Callable[[_Facts], bool],
         *facts: _FactWithOpenArguments,
@@ -391,7 +394,7 @@ class _HypotheticalState:
         self._false: list[_FactWithOpenArguments] = []
         self._unknown = 0
 
-    def may_hold_together(self, conditions: Sequence[_Condition]) -> bool:
+    def may_hold_together(self, conditions: Sequence[_FormulaWithRequiredTruth]) -> bool:
         """Return False if it is proved that no state meets all conditions.
 
         The conditions are assumed, so that a contradiction between their consequences can be found.
@@ -401,10 +404,10 @@ class _HypotheticalState:
             self._assume_and_check_consistency(condition) for _ in range(_PASSES) for condition in conditions
         )
 
-    def _is_impossible(self, condition: _Condition) -> bool:
+    def _is_impossible(self, condition: _FormulaWithRequiredTruth) -> bool:
         """Whether no objects can meet a condition. A variable with the value None stands for any object."""
         formula, scope, truth, _ = condition
-        fact = self._find_stored_fact(condition)
+        fact = self._convert_stored_atom_to_fact(condition)
         if fact is not None:
             return self._is_fact_impossible(fact, truth=truth)
         if isinstance(formula, f.Equals):
@@ -412,28 +415,28 @@ class _HypotheticalState:
             if isinstance(one, int) and isinstance(other, int):
                 return (one == other) is not truth
             return not truth and one == other and one is not None
-        are_all_needed, parts = self._get_parts_and_whether_all_needed(condition)
+        are_all_needed, parts = self._split_into_parts_all_or_any_needed(condition)
         return (any if are_all_needed else all)(map(self._is_impossible, parts))
 
-    def _assume_and_check_consistency(self, condition: _Condition) -> bool:
+    def _assume_and_check_consistency(self, condition: _FormulaWithRequiredTruth) -> bool:
         """Assume a condition, and record its consequences. Return False if they contradict known facts."""
-        are_all_needed, parts = self._get_parts_and_whether_all_needed(condition, is_assumed_true=True)
+        are_all_needed, parts = self._split_into_parts_all_or_any_needed(condition, is_assumed_true=True)
         if are_all_needed and parts and not isinstance(condition.formula, f.Exists | f.ForAll):
             return all(map(self._assume_and_check_consistency, parts))
         if self._is_impossible(condition):
             return False
         if self._is_impossible(condition._replace(truth=not condition.truth)):
             return True
-        fact = self._find_stored_fact(condition)
+        fact = self._convert_stored_atom_to_fact(condition)
         if fact is not None:
             return self._add_fact_and_check_consistency(fact, truth=condition.truth)
         if not are_all_needed:
             parts = [part for part in parts if not self._is_impossible(part)]
         return (not are_all_needed and len(parts) > 1) or all(map(self._assume_and_check_consistency, parts))
 
-    def _get_parts_and_whether_all_needed(
-        self, condition: _Condition, *, is_assumed_true: bool = False
-    ) -> tuple[bool, Sequence[_Condition]]:
+    def _split_into_parts_all_or_any_needed(
+        self, condition: _FormulaWithRequiredTruth, *, is_assumed_true: bool = False
+    ) -> tuple[bool, Sequence[_FormulaWithRequiredTruth]]:
         """Return whether all parts of a condition must be met, or only one part, and the parts.
 
         A condition that cannot be split has no parts.
@@ -446,29 +449,31 @@ class _HypotheticalState:
                 if defined is not None:
                     arguments = [self._prover.resolve_term(term, scope) for term in terms]
                     inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
-                    return True, [_Condition(defined.definition, inner, truth, unfolded | {predicate})]
+                    return True, [
+                        _FormulaWithRequiredTruth(defined.definition, inner, truth, unfolded | {predicate})
+                    ]
             case f.Not(operand):
-                return True, [_Condition(operand, scope, not truth, unfolded)]
+                return True, [_FormulaWithRequiredTruth(operand, scope, not truth, unfolded)]
             case f.And(operands) | f.Or(operands):
-                parts = [_Condition(operand, scope, truth, unfolded) for operand in operands]
+                parts = [_FormulaWithRequiredTruth(operand, scope, truth, unfolded) for operand in operands]
                 return isinstance(formula, f.And) is truth, parts
             case f.Implies(premise, conclusion):
                 either = (
-                    _Condition(premise, scope, not truth, unfolded),
-                    _Condition(conclusion, scope, truth, unfolded),
+                    _FormulaWithRequiredTruth(premise, scope, not truth, unfolded),
+                    _FormulaWithRequiredTruth(conclusion, scope, truth, unfolded),
                 )
                 return not truth, either
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 is_existential = isinstance(formula, f.Exists) is truth
                 return True, [
-                    _Condition(body, {**scope, variable.name: term}, truth, unfolded)
-                    for term in self._list_values_of_quantified_variable(
+                    _FormulaWithRequiredTruth(body, {**scope, variable.name: term}, truth, unfolded)
+                    for term in self._list_variable_values_to_examine(
                         variable, scope, is_existential=is_existential, is_assumed_true=is_assumed_true
                     )
                 ]
         return True, ()
 
-    def _list_values_of_quantified_variable(
+    def _list_variable_values_to_examine(
         self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
     ) -> list[_FactArgument]:
         """Return the values of a variable for which the body of its quantified formula is examined.
@@ -501,7 +506,9 @@ class _HypotheticalState:
         ]
         return [member.arguments[0] for member in members if self._are_true_at_start((member,))]
 
-    def _find_stored_fact(self, condition: _Condition) -> _FactWithOpenArguments | None:
+    def _convert_stored_atom_to_fact(
+        self, condition: _FormulaWithRequiredTruth
+    ) -> _FactWithOpenArguments | None:
         """Return the fact of a condition that is an atom of a stored predicate; None for other conditions."""
         match condition.formula:
             case f.Atom(predicate, terms) if predicate not in self._prover.rules.vocabulary.derived_by_name:

@@ -65,14 +65,14 @@ class GreedySearch:
     def make_estimates(
         self,
         node: PlanNode,
-        protected: Sequence[Subgoal] = (),
+        protected_subgoals: Sequence[Subgoal] = (),
         *,
-        keep_protected: bool = False,
+        forbid_undoing_protected: bool = False,
         excluded: Set[Action] = frozenset(),
     ) -> CostEstimates:
         """Return cost estimates from a node's state.
 
-        Actions that make a condition in ``protected`` false cost more. If ``keep_protected`` is true, they
+        Actions that make a condition in ``protected_subgoals`` false cost more. If ``forbid_undoing_protected`` is true, they
         are left out. Actions in ``excluded`` are always left out.
         """
         objects = self.successors.objects
@@ -80,11 +80,11 @@ class GreedySearch:
             self.heuristic,
             node.state,
             objects,
-            protected,
+            protected_subgoals,
             self._looks,
             self.bindings,
             self._last,
-            keep_protected=keep_protected,
+            forbid_undoing_protected=forbid_undoing_protected,
             excluded=excluded,
         )
         return self._last
@@ -105,7 +105,7 @@ class GreedySearch:
         if self.is_over:
             return SearchEndReason.STATES
         effort = SearchEffort(min(limits.states, self.effort.limit - self.effort.used))
-        end = _SingleGreedySearch(
+        end = _GreedySearchRun(
             self, start, (subgoals, needed_action_goal_count), effort, thorough=limits.thorough
         ).search()
         self.effort.used += effort.used
@@ -138,7 +138,7 @@ class GreedySearch:
         for names in self.successors.goals[node.met : needed_action_goal_count]:
             supporter = estimates.find_cheapest_action_of_operators(names)
             total += supporter.cost
-            preferred.collect_action(supporter.action, supporter.prerequisites)
+            preferred.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
         return total, tuple(preferred.actions)
 
 
@@ -155,7 +155,7 @@ class _NodeWithActionsToTry(NamedTuple):
     excluded: frozenset[Action]
 
 
-class _SingleGreedySearch:
+class _GreedySearchRun:
     """One greedy search."""
 
     def __init__(
@@ -259,7 +259,9 @@ class _PreferredActionCollector:
         if not alternatives:
             self._collect_preferred_actions(goal)
 
-    def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
+    def collect_action_or_actions_enabling_it(
+        self, action: Action | None, prerequisites: Sequence[Subgoal]
+    ) -> None:
         """Collect an action if it has no prerequisites, else the applicable actions that lead to them."""
         if action is not None and not prerequisites:
             self.actions[action] = None
@@ -277,7 +279,7 @@ class _PreferredActionCollector:
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
                 supporter = self._estimates.find_supporter(atom)
-                self.collect_action(supporter.action, supporter.prerequisites)
+                self.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
                 return
             if not isinstance(derived, DefinedPredicate):
                 self.actions.update((action, None) for action in self._find_actions_changing(derived.reads))

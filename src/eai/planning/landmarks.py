@@ -16,7 +16,7 @@ from operator import or_
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.planning.conflict_changes import FactChangeFinder, make_change_sort_key
+from eai.planning.conflict_changes import NecessaryChangeFinder, make_change_sort_key
 from eai.planning.effect_schema import FactChange
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import Subgoal, find_object_indices_of_arguments
@@ -59,7 +59,7 @@ class _RelaxationGraph:
     """The delete relaxation of one episode: a graph of conditions and changes of facts.
 
     A condition needs either all of its parts, or any single part. A change needs one action that makes the
-    change. The graph begins with the goals. `find_cut_without_actions` extends it backwards until the goals
+    change. The graph begins with the goals. `find_cut_disjoint_from` extends it backwards until the goals
     are reached or no action can be added. Its actions are steps of the plan, and actions that were passed to
     this method.
 
@@ -72,7 +72,7 @@ class _RelaxationGraph:
 
     def __init__(
         self,
-        change_finder: FactChangeFinder,
+        change_finder: NecessaryChangeFinder,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
@@ -105,7 +105,7 @@ class _RelaxationGraph:
         """Number of nodes in the graph: conditions, and changes of facts."""
         return len(self._parts)
 
-    def find_cut_without_actions(self, actions: Collection[Action]) -> list[Action] | None:
+    def find_cut_disjoint_from(self, actions: Collection[Action]) -> list[Action] | None:
         """Return a landmark (cut) without the given actions; None if these actions may reach the goals.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set.
@@ -115,8 +115,8 @@ class _RelaxationGraph:
             reached = self._mark_reached_conditions(actions)
             if reached[self._goal]:
                 return None
-            between = self._find_conditions_between_actions_and_goals(actions, reached)
-            if not self._add_actions_for_changes(between):
+            between = self._find_nodes_separating_actions_from_goals(actions, reached)
+            if not self._add_actions_making_fact_changes(between):
                 break
         cut_actions: dict[Action, None] = {}
         is_apart = between.keys().isdisjoint
@@ -128,7 +128,7 @@ class _RelaxationGraph:
                 cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
         return [action for action in cut_actions if action not in actions]
 
-    def _find_conditions_between_actions_and_goals(
+    def _find_nodes_separating_actions_from_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
         """Return the numbers of the nodes that a search backwards from the goals visits, goals first.
@@ -169,7 +169,7 @@ class _RelaxationGraph:
         if groups is None:
             makers = [
                 (actions, {self._get_condition_node(*condition, True) for condition in conditions})
-                for actions, conditions in self._change_finder.group_actions_making_change(
+                for actions, conditions in self._change_finder.group_actions_making_change_by_conditions(
                     self._changes[change_node]
                 )
             ]
@@ -195,36 +195,38 @@ class _RelaxationGraph:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _add_actions_for_changes(self, node_numbers: Iterable[int]) -> bool:
+    def _add_actions_making_fact_changes(self, change_node_numbers: Iterable[int]) -> bool:
         """Add actions to this graph as ways to change facts. Return whether any action was added.
 
         The changes are given by the numbers of their nodes; nodes of conditions are skipped.
         """
         fresh = [
             (number, action)
-            for number in node_numbers
+            for number in change_node_numbers
             if number in self._changes
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
         return sum([self._add_action_making_change(number, action) for number, action in fresh]) > 0
 
-    def _add_action_making_change(self, node_number: int, action: Action) -> bool:
+    def _add_action_making_change(self, change_node_number: int, action: Action) -> bool:
         """Add an action to the graph as a way to change a fact, if the action's conditions can be met.
 
         The change is given by the number of its node. Return whether the action was added.
         """
         alternatives: list[int] = []
-        for conditions in self._change_finder.find_effect_conditions(action, self._changes[node_number]):
+        for conditions in self._change_finder.find_effect_conditions(
+            action, self._changes[change_node_number]
+        ):
             condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
             condition = self._add_conjunction_node(
                 [*self._find_precondition_nodes(action), *condition_numbers]
             )
             if condition != _FALSE:
                 alternatives.append(condition)
-                self._made.setdefault(condition, []).append((action, node_number))
+                self._made.setdefault(condition, []).append((action, change_node_number))
         if alternatives:
-            self._makers[node_number][action] = alternatives
+            self._makers[change_node_number][action] = alternatives
         return bool(alternatives)
 
     def _find_precondition_nodes(self, action: Action) -> list[int]:
@@ -274,7 +276,7 @@ class _RelaxationGraph:
     ) -> int:
         numbers: list[int] = []
         for formula, scope in sorted(
-            parts, key=lambda part: self._change_finder.count_changeable_predicates(part[0])
+            parts, key=lambda part: self._change_finder.count_predicates_changed_by_actions(part[0])
         ):
             number = self._get_condition_node(formula, scope, truth)
             if number == (_FALSE if all_needed else _TRUE):
@@ -293,7 +295,7 @@ class _RelaxationGraph:
         key = atom.predicate, arguments, truth
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
-            return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
+            return self._add_changes_node(self._change_finder.find_all_fact_changes_of_predicates_in(atom))
         if result is None:  # a recursive definition needs the number of this node
             number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
@@ -332,26 +334,28 @@ class _RelaxationGraph:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
         return _TRUE if _TRUE in numbers else self._get_and_or_node(numbers, 1, _FALSE)
 
-    def _get_and_or_node(self, part_nodes: tuple[int, ...], needed_count: int, node_if_no_parts: int) -> int:
+    def _get_and_or_node(
+        self, part_nodes: tuple[int, ...], needed_part_count: int, node_if_no_parts: int
+    ) -> int:
         """Return the number of the node of a conjunction or disjunction, given the nodes of its parts.
 
-        ``needed_count`` is the number of parts that must hold: 1 in a disjunction, all in a conjunction. If
+        ``needed_part_count`` is the number of parts that must hold: 1 in a disjunction, all in a conjunction. If
         there is only one part, its node is returned.
         """
         if len(part_nodes) < 2:
             return part_nodes[0] if part_nodes else node_if_no_parts
-        key = needed_count > 1, part_nodes
+        key = needed_part_count > 1, part_nodes
         number = self._numbers.get(key)
         if number is None:
             widths = [self._cut_sizes[part] for part in part_nodes]
-            width = min(widths) if needed_count > 1 else sum(widths)
-            number = self._numbers[key] = self._add_graph_node(part_nodes, needed_count, width)
+            width = min(widths) if needed_part_count > 1 else sum(widths)
+            number = self._numbers[key] = self._add_graph_node(part_nodes, needed_part_count, width)
         return number
 
-    def _add_graph_node(self, part_nodes: tuple[int, ...], needed_count: int, cut_size: int) -> int:
+    def _add_graph_node(self, part_nodes: tuple[int, ...], needed_part_count: int, cut_size: int) -> int:
         number = len(self._parts)
         self._parts.append(part_nodes)
-        self._missing.append(needed_count)
+        self._missing.append(needed_part_count)
         self._cut_sizes.append(cut_size)
         self._above.append([])
         for part in part_nodes:
@@ -377,7 +381,7 @@ class Landmarks:
 
     def __init__(
         self,
-        change_finder: FactChangeFinder,
+        change_finder: NecessaryChangeFinder,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
@@ -405,7 +409,7 @@ class Landmarks:
         """Return the landmarks (see `Cut`) that contain an action, as a bit mask; 0 for no action (None)."""
         return 0 if action is None else self._hits.get(action, 0)
 
-    def find_cuts_missed_by(self, actions: Iterable[Action]) -> int:
+    def get_mask_of_cuts_missed_by(self, actions: Iterable[Action]) -> int:
         """Return the landmarks (see `Cut`) that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
@@ -431,18 +435,18 @@ class Landmarks:
         """
         if plan_actions in self._done or effort.is_used_up:
             return
-        lacked = self.count_min_actions_for_cuts(self.find_cuts_missed_by(plan_actions))
+        lacked = self.count_min_actions_for_cuts(self.get_mask_of_cuts_missed_by(plan_actions))
         while (
             plan_actions not in self._done
             and not effort.is_used_up
-            and self.count_min_actions_for_cuts(self.find_cuts_missed_by(plan_actions)) == lacked
+            and self.count_min_actions_for_cuts(self.get_mask_of_cuts_missed_by(plan_actions)) == lacked
         ):
             actions, number = (
-                {*plan_actions, *self._get_min_hitting_set(self.find_cuts_missed_by(plan_actions))[1]},
+                {*plan_actions, *self._get_min_hitting_set(self.get_mask_of_cuts_missed_by(plan_actions))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation_graph.find_cut_without_actions(actions)
+                cut = self._relaxation_graph.find_cut_disjoint_from(actions)
                 effort.used += 1 + self._relaxation_graph.node_count // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
@@ -489,14 +493,14 @@ class _HittingSetSearch:
             bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
         }
         self._branches = 0
-        self.best: tuple[int, ...] = self._choose_patterns_covering_cuts(mask)
+        self.best: tuple[int, ...] = self._choose_bit_masks_covering_cuts(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._search_smaller_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _choose_patterns_covering_cuts(self, cuts_mask: int) -> tuple[int, ...]:
+    def _choose_bit_masks_covering_cuts(self, cuts_mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
             if cuts_mask & bit:

@@ -191,7 +191,7 @@ def _search_plan(
             return SearchResult(SearchEndReason.STATES, states=effort.used)
         if further is not None:
             node, allowed = further, _FIRST_LIMITS
-        elif agenda.prioritize_failed_goals():
+        elif agenda.mark_newly_failed_goals_as_hard():
             node, allowed = start, _FIRST_LIMITS
         else:
             allowed = Limits(_LIMIT_GROWTH * allowed.states)
@@ -221,11 +221,11 @@ class _ReasonableOrder:
         self._goals = goals
         self._scene = scene
         self._literals = [self._make_literal(goal) for goal in goals]
-        self._related_goals = self._find_related_goals()
+        self._related_goals = self._list_goals_sharing_objects_by_goal()
         self._held: Set[int] = frozenset()
         self._must_precede: dict[tuple[object, ...], bool] = {}
 
-    def _find_related_goals(self) -> list[list[int]]:
+    def _list_goals_sharing_objects_by_goal(self) -> list[list[int]]:
         """Return, for each goal, the indices of all goals with a common object."""
         goals_of_object = group_pairs(
             (index, i) for i, literal in enumerate(self._literals) for index in literal.arguments
@@ -252,11 +252,13 @@ class _ReasonableOrder:
                     waiting.append(later)
         return set() if late.issuperset(pending_goals) else late
 
-    def forget(self) -> None:
+    def discard_learned_order(self) -> None:
         """Give up the learned order of goals, because a goal that should come first seems unreachable."""
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
-    def learn_order(self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]) -> None:
+    def learn_goal_order_from_node(
+        self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]
+    ) -> None:
         """Learn which goals must be reached before others, from a node in which the ``held_goals`` hold.
 
         Each goal that holds now, but did not hold at the last call, is compared with goals that do not hold.
@@ -264,7 +266,7 @@ class _ReasonableOrder:
         for later in sorted(held_goals - self._held):
             for earlier in self._related_goals[later]:
                 if earlier not in held_goals and self._get_pair_key(earlier, later) not in self._must_precede:
-                    self._learn_goal_order(node, estimates, earlier, later)
+                    self._learn_order_of_goal_pair(node, estimates, earlier, later)
         self._held = held_goals
 
     def _make_literal(self, goal: Subgoal) -> GroundAtom:
@@ -286,27 +288,29 @@ class _ReasonableOrder:
         signature = [(literal.predicate, literal.truth) for literal in pair]
         return (*signature, *categories, *map(arguments.index, arguments))
 
-    def _learn_goal_order(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
+    def _learn_order_of_goal_pair(
+        self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int
+    ) -> None:
         """Find out whether goal ``earlier`` must be reached before ``later``, which holds in a node.
 
         It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
         ``earlier`` is too costly for a direct search. The learned order holds for all similar goals
         (`_get_pair_key`). So it also stays unknown if ``earlier`` seems reachable, but an action undoes
-        ``later`` for the sake of foreign objects (`_find_kinds_of_undoing_actions`).
+        ``later`` for the sake of foreign objects (`_find_if_undoing_actions_use_own_objects`).
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = self._find_kinds_of_undoing_actions(goal, own, self._goals[later], estimates)
+        undoing = self._find_if_undoing_actions_use_own_objects(goal, own, self._goals[later], estimates)
         must_precede = False
         if True in undoing:
-            kept = self._search.make_estimates(node, (self._goals[later],), keep_protected=True)
+            kept = self._search.make_estimates(node, (self._goals[later],), forbid_undoing_protected=True)
             must_precede = kept.estimate(goal, _MAX_KEPT_COST) == INFINITE
         if must_precede or False not in undoing:
             self._must_precede[self._get_pair_key(earlier, later)] = must_precede
 
-    def _find_kinds_of_undoing_actions(
+    def _find_if_undoing_actions_use_own_objects(
         self, condition: Subgoal, own_objects: tuple[int, ...], kept_goal: Subgoal, estimates: CostEstimates
     ) -> set[bool]:
         """Return whether the actions that undo ``kept_goal`` serve own objects: {True}, {False} or both.
@@ -323,7 +327,7 @@ class _ReasonableOrder:
         waiting = [(condition, True)]
         while waiting:
             part, is_later_own = waiting.pop()
-            for literal in estimates.split_into_cheapest_literals(part):
+            for literal in estimates.split_into_cheapest_literal_subgoals(part):
                 if not isinstance(literal.formula, Atom) or estimates.holds(literal):
                     continue
                 atom = estimates.atom(literal.formula, literal)
@@ -368,7 +372,7 @@ class _GoalAgenda:
         estimates = self._search.make_estimates(node)
         held = {i for i, goal in enumerate(self._goals) if estimates.holds(goal)}
         pending = [i for i in range(len(self._goals)) if i not in held]
-        self._order.learn_order(node, estimates, held)
+        self._order.learn_goal_order_from_node(node, estimates, held)
         late = self._order.find_goals_to_postpone(pending)
         reached = tuple([self._goals[i] for i in sorted(held - late)])
         if node.met < len(self._search.successors.goals):
@@ -377,15 +381,15 @@ class _GoalAgenda:
             if i == _NEXT_ACTION:
                 further = self._search_plan_for_subgoals(node, reached, node.met + 1, limits)
             else:
-                protected = () if self._must_undo_goals(node, i, reached) else reached
+                protected = () if self._must_undo_reached_goals_for(node, i, reached) else reached
                 further = self._reach_goal_by_parts(node, self._goals[i], protected, limits)
             if further is not None:
                 return further
         self._failed = set(pending) - late
-        self._order.forget()
+        self._order.discard_learned_order()
         return None
 
-    def prioritize_failed_goals(self) -> bool:
+    def mark_newly_failed_goals_as_hard(self) -> bool:
         """Mark the goals that the last searches failed to reach as hard, so that hard goals come first.
 
         Return False if all these goals were already marked.
@@ -394,7 +398,7 @@ class _GoalAgenda:
         self._hard |= new
         return bool(new)
 
-    def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
+    def _must_undo_reached_goals_for(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
         """Whether a goal seems unreachable unless reached goals are undone.
 
         The result is False if no goal must come after another goal. It is True only once for each goal; later
@@ -402,7 +406,7 @@ class _GoalAgenda:
         """
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False
-        kept = self._search.make_estimates(node, reached, keep_protected=True)
+        kept = self._search.make_estimates(node, reached, forbid_undoing_protected=True)
         if kept.estimate(self._goals[goal]) < INFINITE:
             return False
         self._undoing.add(goal)
@@ -462,7 +466,7 @@ class _GoalAgenda:
         instead, by descending cost. If there are fewer than two parts or conditions, None is returned.
         """
         estimates = self._search.make_estimates(node, protected)
-        parts: Sequence[Subgoal] = estimates.split_into_cheapest_literals(goal)
+        parts: Sequence[Subgoal] = estimates.split_into_cheapest_literal_subgoals(goal)
         is_far = len(parts) < 2 and _MAX_DIRECT_COST < estimates.estimate(goal) < INFINITE
         if is_far:
             parts = estimates.find_prerequisites(goal)

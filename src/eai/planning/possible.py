@@ -41,10 +41,10 @@ class PossibleFacts:
     Args:
         domain: the domain.
         initial: the initial state.
-        usable: the objects that actions may use, by index.
+        usable_objects: the objects that actions may use, by index.
     """
 
-    def __init__(self, domain: Domain, initial: State, usable: Sequence[int]) -> None:
+    def __init__(self, domain: Domain, initial: State, usable_objects: Sequence[int]) -> None:
         self.domain = domain
         self._scene = initial.scene
         self.at_start = set(initial.facts())
@@ -56,7 +56,8 @@ class PossibleFacts:
         self._done: set[tuple[int, tuple[int | None, ...]]] = set()
         self._effort = SearchEffort(_MAX_LOOKS)
         self._pending = {
-            o.name: list(self._generate_possible_scopes(o, initial, usable)) for o in domain.operators
+            o.name: list(self._generate_bindings_allowed_by_static_facts(o, initial, usable_objects))
+            for o in domain.operators
         }
         before = -1
         while self.count_possible_literals() > before and self.has_examined_all_actions:
@@ -72,14 +73,14 @@ class PossibleFacts:
         """Return the number of facts that may be true plus the number of facts that may be false."""
         return len(self.possibly_true) + len(self.possibly_false)
 
-    def _generate_possible_scopes(
-        self, operator: Operator, initial: State, usable: Sequence[int]
+    def _generate_bindings_allowed_by_static_facts(
+        self, operator: Operator, initial: State, usable_objects: Sequence[int]
     ) -> Iterator[Scope]:
         """Yield the mappings from an operator's parameters to objects that the unchanging facts allow."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), alternatives=())
         arguments = compile_argument_finder(unchanging, self.domain.vocabulary)
-        for values in arguments(initial, usable, self._effort.spend_and_check_limit):
+        for values in arguments(initial, usable_objects, self._effort.spend_and_check_limit):
             if self._effort.spend_and_check_limit(_ACTION_LOOKS):
                 return
             yield operator.map_parameters(values)
@@ -204,10 +205,10 @@ class PossibleFacts:
             self._pending[operator.name] = [
                 scope
                 for scope in self._pending[operator.name]
-                if not self._apply_action_and_check_if_done(operator, scope)
+                if not self._apply_action_and_check_if_repeat_useless(operator, scope)
             ]
 
-    def _apply_action_and_check_if_done(self, operator: Operator, scope: Scope) -> bool:
+    def _apply_action_and_check_if_repeat_useless(self, operator: Operator, scope: Scope) -> bool:
         """Apply an action. Return whether applying it again later can have no further effect."""
         if self._effort.spend_and_check_limit(_ACTION_LOOKS) or not self._may_pass_checks(
             operator.checks, scope

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
         additional_step,
         affordance,
         missing_step,
-        sort_operator_checks,
+        sort_checks_in_paper_order,
     )
     from eai.world.state import Fact, Scene, State, StateChange, WorldObject, compare_states
     from eai.world.vocabulary import Predicate, Vocabulary
@@ -129,7 +129,7 @@ __all__ = [
     "is_a",
     "make_symmetric_effects",
     "missing_step",
-    "sort_operator_checks",
+    "sort_checks_in_paper_order",
 ]
 
 

@@ -18,8 +18,13 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.traversal import find_free_variables
-from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_fastest_form
-from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator, SlotByVariable
+from eai.world.derived import (
+    ComputedPredicate,
+    DefinedPredicate,
+    LookupPredicate,
+    replace_formula_by_faster_function,
+)
+from eai.world.frame import UNBOUND, ConditionTest, ObjectBySlot, ObjectFilter, SlotAllocator, SlotByVariable
 from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -31,7 +36,7 @@ Scope: TypeAlias = Mapping[str, int]
 def combine_tests_by_and(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether all parts of a formula hold, in the order of the parts."""
 
-    def do_all_tests_hold(state: State, binding: FrameBinding) -> bool:
+    def do_all_tests_hold(state: State, binding: ObjectBySlot) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
             if not part(state, binding):
                 return False
@@ -43,7 +48,7 @@ def combine_tests_by_and(parts: Sequence[ConditionTest]) -> ConditionTest:
 def combine_tests_by_or(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether any part of a formula holds, in the order of the parts."""
 
-    def any_holds(state: State, binding: FrameBinding) -> bool:
+    def any_holds(state: State, binding: ObjectBySlot) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
             if part(state, binding):
                 return True
@@ -68,7 +73,7 @@ def combine_filters_by_and(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     Each part tests only the objects that all earlier parts selected.
     """
 
-    def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
+    def filter_objects(state: State, binding: ObjectBySlot, among: ObjectMask) -> ObjectMask:
         for part in parts:
             among = part(state, binding, among)
             if not among:
@@ -84,7 +89,7 @@ def combine_filters_by_or(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     Each part tests only the objects that no earlier part selected.
     """
 
-    def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
+    def filter_objects(state: State, binding: ObjectBySlot, among: ObjectMask) -> ObjectMask:
         mask = 0
         for part in parts:
             mask |= part(state, binding, among & ~mask)
@@ -93,7 +98,7 @@ def combine_filters_by_or(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     return filter_objects
 
 
-_ValueFinder: TypeAlias = Callable[[State, FrameBinding], ObjectMask]
+_ValueFinder: TypeAlias = Callable[[State, ObjectBySlot], ObjectMask]
 """Function that returns the bit mask of the values that one variable can have to make a formula true."""
 
 
@@ -150,7 +155,7 @@ class ConditionCompiler:
                 matching = self._compile_value_finder(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
             case f.ForPairs():
-                is_paired = self._compile_matching_test(formula, scope)
+                is_paired = self._compile_disjoint_pairs_test(formula, scope)
                 return is_paired if wanted else negate_test(is_paired)
             case _:
                 raise DomainError(
@@ -212,7 +217,7 @@ class ConditionCompiler:
             f.And(tuple([part for part in parts if part not in independent])), slot, within
         )
 
-        def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
+        def filter_objects(state: State, binding: ObjectBySlot, among: ObjectMask) -> ObjectMask:
             mask = 0
             for i in iterate_bits(
                 candidates(state, binding, state.scene.get_category_mask(variable.category))
@@ -239,7 +244,7 @@ class ConditionCompiler:
     ) -> ObjectFilter:
         truth = self.compile_test(formula, scope)
 
-        def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
+        def filter_objects(state: State, binding: ObjectBySlot, among: ObjectMask) -> ObjectMask:
             mask = 0
             for i in iterate_bits(among):
                 binding[slot] = i
@@ -250,13 +255,13 @@ class ConditionCompiler:
 
         return filter_objects
 
-    def _compile_matching_test(self, formula: f.ForPairs, scope: SlotByVariable) -> ConditionTest:
+    def _compile_disjoint_pairs_test(self, formula: f.ForPairs, scope: SlotByVariable) -> ConditionTest:
         """Compile a `ForPairs` formula to a test whether a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
         partners = self._compile_value_finder(second, formula.body, {**scope, first.name: slot})
 
-        def has_large_enough_matching(state: State, binding: FrameBinding) -> bool:
+        def has_enough_disjoint_object_pairs(state: State, binding: ObjectBySlot) -> bool:
             sources = list(iterate_bits(state.scene.get_category_mask(first.category)))
             targets = {
                 y: j for j, y in enumerate(iterate_bits(state.scene.get_category_mask(second.category)))
@@ -268,7 +273,7 @@ class ConditionCompiler:
             needed = min(len(sources), len(targets)) if count is None else count
             return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
-        return has_large_enough_matching
+        return has_enough_disjoint_object_pairs
 
     def _compile_atom_truth(self, atom: f.Atom, scope: SlotByVariable, wanted: bool) -> ConditionTest:
         slots = self._find_argument_slots(atom, scope)
@@ -284,7 +289,7 @@ class ConditionCompiler:
             case ComputedPredicate(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
             case LookupPredicate():
-                values, last, bit = _make_lookup_value_finder(derived, slots[:-1]), slots[-1], int(wanted)
+                values, last, bit = _make_last_argument_finder(derived, slots[:-1]), slots[-1], int(wanted)
                 return lambda state, binding: values(state, binding) >> binding[last] & 1 == bit
             case _:
                 expected = "DefinedPredicate, ComputedPredicate or LookupPredicate"
@@ -302,7 +307,7 @@ class ConditionCompiler:
             with self._forbid_recursion(derived):
                 return self.compile_filter(derived.definition, slot, _map_parameters_to_slots(derived, slots))
         if isinstance(derived, LookupPredicate) and slots.index(slot) == len(slots) - 1:
-            values = _make_lookup_value_finder(derived, slots[:-1])
+            values = _make_last_argument_finder(derived, slots[:-1])
             return lambda state, binding, among: values(state, binding) & among
         if isinstance(derived, LookupPredicate) and derived.inverse is not None and slots.count(slot) == 1:
             of, other = derived.inverse, slots[1]
@@ -312,9 +317,9 @@ class ConditionCompiler:
         return _compile_filter_by_stored_predicate(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived_predicate(self, predicate: str) -> DerivedPredicate | None:
-        """Return a derived predicate in its fastest form (`to_fastest_form`); None for a stored predicate."""
+        """Return a derived predicate in its fastest form (`replace_formula_by_faster_function`); None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
-        return None if derived is None else to_fastest_form(derived)
+        return None if derived is None else replace_formula_by_faster_function(derived)
 
     @contextmanager
     def _forbid_recursion(self, derived: DefinedPredicate) -> Iterator[None]:
@@ -339,12 +344,14 @@ def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) 
     return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
 
 
-def _make_lookup_value_finder(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueFinder:
-    values = lookup.values
-    if len(slots) == 1:  # a case without a loop makes scoring of some benchmarks a tenth faster
-        (only,) = slots
+def _make_last_argument_finder(
+    lookup_predicate: LookupPredicate, argument_slots: Sequence[int]
+) -> _ValueFinder:
+    values = lookup_predicate.values
+    if len(argument_slots) == 1:  # a case without a loop makes scoring of some benchmarks a tenth faster
+        (only,) = argument_slots
         return lambda state, binding: values(state, (binding[only],))
-    return lambda state, binding: values(state, tuple([binding[s] for s in slots]))
+    return lambda state, binding: values(state, tuple([binding[s] for s in argument_slots]))
 
 
 def _compile_test_of_stored_predicate(

@@ -89,7 +89,7 @@ def _find_defects_on_random_walk(
         if _compute_facts_hash(history.state) != before:
             yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
-            yield from _find_defects_of_reported_fault(domain, history, action, outcome)
+            yield from _find_defects_in_fault_diagnosis(domain, history, action, outcome)
             continue
         after = simulator.act(action, outcome)
         if second_simulator.act(action, outcome) != after:
@@ -109,15 +109,15 @@ def _find_defects_of_simulator(
     domain: Domain,
     before: State,
     action: Action,
-    state_by_declared_effects: State,
+    state_after_declared_effects: State,
     simulated_state: State,
     declared_predicates: AbstractSet[str],
 ) -> Iterator[_Defect]:
-    for effect in _find_effects_made_true(domain, before, action, state_by_declared_effects):
+    for effect in _find_effects_made_true(domain, before, action, state_after_declared_effects):
         if not domain.holds(effect, simulated_state, map_parameters_to_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {format_ltl(effect)}"
     for name in sorted(
-        compare_states(state_by_declared_effects, simulated_state).predicates & declared_predicates
+        compare_states(state_after_declared_effects, simulated_state).predicates & declared_predicates
     ):
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
@@ -137,7 +137,7 @@ def _compute_facts_hash(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _find_defects_of_reported_fault(
+def _find_defects_in_fault_diagnosis(
     domain: Domain, history: History, action: Action, fault: Fault
 ) -> Iterator[_Defect]:
     if not describe_fault(fault, domain, action, history.state.scene):
@@ -147,10 +147,12 @@ def _find_defects_of_reported_fault(
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _find_defects_of_additional_step(domain, history.state, action)
+        yield from _find_defects_of_step_judged_additional(domain, history.state, action)
 
 
-def _find_defects_of_additional_step(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
+def _find_defects_of_step_judged_additional(
+    domain: Domain, before: State, action: Action
+) -> Iterator[_Defect]:
     after = domain.apply(before, action)
     for effect in _find_effects_made_true(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {format_ltl(effect)}"
@@ -163,15 +165,15 @@ def _find_visible_effects_as_formulas(effects: Iterable[Effect], vocabulary: Voc
     took place.
     """
 
-    def is_visible(atom: Atom) -> bool:
+    def has_visible_predicate(atom: Atom) -> bool:
         predicate = vocabulary.find_stored_predicate(atom.predicate)
         return predicate is not None and predicate.visible
 
     for effect in effects:
         match effect:
-            case Add(atom) if is_visible(atom):
+            case Add(atom) if has_visible_predicate(atom):
                 yield atom
-            case Delete(atom) if is_visible(atom) and ANYTHING not in atom.arguments:
+            case Delete(atom) if has_visible_predicate(atom) and ANYTHING not in atom.arguments:
                 yield Not(atom)
             case When(_, then, otherwise):
                 yield Or(

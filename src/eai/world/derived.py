@@ -121,7 +121,7 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
-def to_fastest_form(derived: DerivedPredicate) -> DerivedPredicate:
+def replace_formula_by_faster_function(derived: DerivedPredicate) -> DerivedPredicate:
     """Return the form of a derived predicate that is evaluated fastest.
 
     A formula with an equivalent function (`DefinedPredicate.values`) is replaced by the function.

@@ -33,15 +33,15 @@ class Simulator(Protocol):
     def state(self) -> State:
         """The current state, which belongs to the same episode as the initial state.
 
-        A simulator makes it by `State.replace_facts`.
+        A simulator makes it by `State.replace_all_facts`.
         """
 
-    def act(self, action: Action, state_by_declared_effects: State) -> State | Fault:
+    def act(self, action: Action, state_after_declared_effects: State) -> State | Fault:
         """Execute an action whose declared checks all hold.
 
         Args:
             action: the action.
-            state_by_declared_effects: the state that the declared effects lead to.
+            state_after_declared_effects: the state that the declared effects lead to.
 
         Returns:
             The state after the action, or a fault if the action failed and changed nothing. In the state, the
@@ -63,10 +63,10 @@ class _DeclaredEffectsSimulator:
     def __init__(self, initial: State) -> None:
         self.state = initial
 
-    def act(self, action: Action, state_by_declared_effects: State) -> State | Fault:
+    def act(self, action: Action, state_after_declared_effects: State) -> State | Fault:
         """Return the state that the declared effects lead to."""
-        self.state = state_by_declared_effects
-        return state_by_declared_effects
+        self.state = state_after_declared_effects
+        return state_after_declared_effects
 
 
 def make_declared_effects_simulator(initial: State) -> Simulator:
@@ -120,9 +120,9 @@ class Domain:
                     derived(*parameters)
                 )
         with prefix_errors_with_location("visible", DomainError):
-            _ = self.find_visible_objects
+            _ = self.visible_object_filter
         with prefix_errors_with_location("landmarks", DomainError):
-            _ = self.find_initially_known_objects
+            _ = self.initially_known_object_filter
         _ = self.compiled_operators
 
     @cached_property
@@ -166,12 +166,12 @@ class Domain:
         return replace(self, operators=(*operators, *by_name.values()))
 
     @cached_property
-    def find_visible_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
+    def visible_object_filter(self) -> Callable[[State, ObjectMask], ObjectMask]:
         """Function that takes a state and a bit mask of objects, and returns the mask of visible objects."""
         return self._compile_filter(self.visible or TRUE)
 
     @cached_property
-    def find_initially_known_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
+    def initially_known_object_filter(self) -> Callable[[State, ObjectMask], ObjectMask]:
         """Function that takes a state and a mask of objects, and returns the landmarks among them.
 
         Landmarks are objects that the agent knows from the start without seeing them.

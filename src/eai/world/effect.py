@@ -17,7 +17,7 @@ from typing_extensions import assert_never
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
 from eai.world.condition import ConditionCompiler
-from eai.world.frame import UNBOUND, FrameBinding, SlotAllocator, SlotByVariable
+from eai.world.frame import UNBOUND, ObjectBySlot, SlotAllocator, SlotByVariable
 from eai.world.relation import iterate_bits
 from eai.world.state import State, StateDraft
 from eai.world.vocabulary import Vocabulary
@@ -69,7 +69,7 @@ class Let:
 
 Effect: TypeAlias = Add | Delete | When | ForEach | Let
 
-Apply: TypeAlias = Callable[[State, StateDraft, FrameBinding], None]
+Apply: TypeAlias = Callable[[State, StateDraft, ObjectBySlot], None]
 
 
 def make_symmetric_effects(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
@@ -98,7 +98,7 @@ class EffectCompiler:
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._compile_effect(effect, scope) for effect in effects])
 
-        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: ObjectBySlot) -> None:
             for step in steps:
                 step(before, draft, binding)
 
@@ -122,7 +122,7 @@ class EffectCompiler:
         then = self.compile_sequence(effect.effects, scope)
         otherwise = self.compile_sequence(effect.otherwise, scope) if effect.otherwise else None
 
-        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: ObjectBySlot) -> None:
             if truth(before, binding):
                 then(before, draft, binding)
             elif otherwise is not None:
@@ -136,7 +136,7 @@ class EffectCompiler:
         candidates = self._conditions.compile_filter(effect.condition, slot, inner)
         then = self.compile_sequence(effect.effects, inner)
 
-        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: ObjectBySlot) -> None:
             mask = candidates(before, binding, before.scene.everything)
             if mask:
                 binding[slot] = (mask & -mask).bit_length() - 1
@@ -151,7 +151,7 @@ class EffectCompiler:
         matching = self._conditions.compile_filter(effect.condition, slot, inner)
         steps = tuple([self._compile_effect(inner_effect, inner) for inner_effect in effect.effects])
 
-        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: ObjectBySlot) -> None:
             mask = matching(before, binding, before.scene.everything)
             if mask:
                 matched = list(iterate_bits(mask))
@@ -185,7 +185,9 @@ class EffectCompiler:
         left, right = atom.arguments
         if left == ANYTHING:
             target = self._frame.find_slot(right, scope)
-            return lambda before, draft, binding: draft.remove_all_sources(predicate_slot, binding[target])
+            return lambda before, draft, binding: draft.remove_pairs_with_target(
+                predicate_slot, binding[target]
+            )
         source = self._frame.find_slot(left, scope)
         if right == ANYTHING:
             return lambda before, draft, binding: draft.set_targets_in_relation(
@@ -202,7 +204,7 @@ class EffectCompiler:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:
             bound = [slot for slot in slots if slot is not None]
-            return lambda before, draft, binding: draft.add_tuple(
+            return lambda before, draft, binding: draft.add_argument_tuple(
                 predicate_slot, tuple([binding[s] for s in bound])
             )
         return lambda before, draft, binding: draft.remove_matching_tuples(
@@ -220,4 +222,4 @@ class EffectCompiler:
             raise DomainError(
                 f"an effect changes {atom.predicate}, which is declared static: declare it with static=False"
             )
-        return self._vocabulary.get_slots_of_arity(predicate.arity)[predicate.name]
+        return self._vocabulary.get_predicate_slots_of_arity(predicate.arity)[predicate.name]

@@ -109,7 +109,7 @@ class Episode:
             start: number of tried steps to leave out.
         """
         offset = sum([step.is_executed for step in self._steps[:start]])
-        steps = [_renumber_earlier_state_of_fault(step, offset) for step in self._steps[start:]]
+        steps = [_lower_state_index_in_fault(step, offset) for step in self._steps[start:]]
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
@@ -165,7 +165,7 @@ class Episode:
         return None
 
 
-def _renumber_earlier_state_of_fault(step: Step, removed_states: int) -> Step:
+def _lower_state_index_in_fault(step: Step, removed_states: int) -> Step:
     """Return a step whose `Fault.earlier` is lowered, because the trajectory lost its first states."""
     fault = step.fault
     if fault is None or fault.earlier is None or not removed_states:

@@ -13,7 +13,7 @@ from eai.logic.formula import And, Formula
 from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler
 from eai.world.effect import Apply, EffectCompiler
-from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, SlotAllocator
+from eai.world.frame import UNBOUND, ConditionTest, ObjectBySlot, SlotAllocator
 from eai.world.operator import Check, Operator
 from eai.world.relation import ObjectMask, make_mask
 from eai.world.state import State, StateDraft
@@ -33,7 +33,7 @@ class _CompiledCheck:
     history_conditions: tuple[ConditionTest, ...]
 
 
-class _CompiledOperatorAlternative(NamedTuple):
+class _CompiledAlternativeWayToAct(NamedTuple):
     """A compiled alternative of an operator: one of several ways in which the operator can act."""
 
     is_attempted: ConditionTest
@@ -52,7 +52,7 @@ class CheckFailure(NamedTuple):
     arguments: tuple[int, ...]
 
 
-class _FailedOperatorAlternative(NamedTuple):
+class _FailedAlternativeWayToAct(NamedTuple):
     """A failed alternative (way to act) of an operator: the condition to try it, and its failed check."""
 
     condition: Formula
@@ -83,10 +83,10 @@ class CompiledOperator:
         self.is_possible: ConditionTest = passes
         if operator.alternatives:
             self.is_possible = lambda state, binding: (
-                passes(state, binding) and not self._find_failures_of_alternatives(state, binding)
+                passes(state, binding) and not self._find_failures_if_all_alternatives_fail(state, binding)
             )
         self.alternatives = tuple(
-            _CompiledOperatorAlternative(
+            _CompiledAlternativeWayToAct(
                 conditions.compile_test(attempt.condition),
                 _compile_checks(attempt.checks, conditions),
                 effects.compile_sequence(attempt.effects),
@@ -100,11 +100,11 @@ class CompiledOperator:
         """Whether a check or an effect is about the agent."""
         return self._frame.mentions_agent
 
-    def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
+    def bind(self, state: State, arguments: Sequence[int]) -> ObjectBySlot:
         """Return a binding of the operator's variables to these arguments."""
         return self._frame.bind_arguments(state.scene, arguments)
 
-    def find_failures(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
+    def find_failures(self, state: State, binding: ObjectBySlot) -> tuple[CheckFailure, ...]:
         """Return the failed checks of an action: () if the action is possible.
 
         If a check of the operator fails, the result is the operator's first failed check. Otherwise the
@@ -114,9 +114,9 @@ class CompiledOperator:
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
             return (CheckFailure(failed, self.checks, self._get_arguments(binding)),)
-        return self._find_failures_of_alternatives(state, binding)
+        return self._find_failures_if_all_alternatives_fail(state, binding)
 
-    def apply(self, state: State, binding: FrameBinding) -> State:
+    def apply(self, state: State, binding: ObjectBySlot) -> State:
         """Return the state after the action. The caller has made sure that the operator's checks hold.
 
         The checks of the operator's alternatives (other ways to act) need not hold.
@@ -134,9 +134,9 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternatives(
-        self, before: State, after: State, binding: FrameBinding
-    ) -> tuple[_FailedOperatorAlternative, ...]:
+    def find_failed_alternative_ways_to_act(
+        self, before: State, after: State, binding: ObjectBySlot
+    ) -> tuple[_FailedAlternativeWayToAct, ...]:
         """Return the alternatives (ways to act) whose checks failed in the state before an executed action.
 
         Only alternatives whose condition holds before the action and also after it are returned.
@@ -146,10 +146,12 @@ class CompiledOperator:
             if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
-                    failed_tries.append(_FailedOperatorAlternative(attempt.condition, failed.check))
+                    failed_tries.append(_FailedAlternativeWayToAct(attempt.condition, failed.check))
         return tuple(failed_tries)
 
-    def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
+    def _find_failures_if_all_alternatives_fail(
+        self, state: State, binding: ObjectBySlot
+    ) -> tuple[CheckFailure, ...]:
         """Return the failed check of each alternative (one way for the operator to act) that is tried.
 
         An alternative is tried if its condition holds. Return () if one succeeds or none is tried.
@@ -163,12 +165,12 @@ class CompiledOperator:
                 failures.append(CheckFailure(failed, attempt.checks, self._get_arguments(binding)))
         return tuple(failures)
 
-    def _get_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
+    def _get_arguments(self, binding: ObjectBySlot) -> tuple[int, ...]:
         return tuple(binding[1 : 1 + self.operator.arity])
 
 
 def find_failing_check(
-    checks: Sequence[_CompiledCheck], state: State, binding: FrameBinding
+    checks: Sequence[_CompiledCheck], state: State, binding: ObjectBySlot
 ) -> _CompiledCheck | None:
     """Return the first check that fails in the state, or None if all checks pass."""
     for check in checks:
@@ -233,7 +235,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
 
     def generate_arguments_from_parameter(
         state: State,
-        binding: FrameBinding,
+        binding: ObjectBySlot,
         next_parameter: int,
         objects_in_order: Sequence[int],
         allowed_objects: Sequence[ObjectMask],

@@ -13,7 +13,7 @@ from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import FrameBinding
+from eai.world.frame import ObjectBySlot
 from eai.world.history import History
 from eai.world.operator import Check
 from eai.world.state import Scene, State
@@ -67,7 +67,7 @@ class Trajectory:
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
     @property
-    def additional_step_count(self) -> int:
+    def needless_step_count(self) -> int:
         """Number of steps that were skipped as additional, because they were not needed."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
@@ -103,7 +103,7 @@ def attempt_action(domain: Domain, history: History, action: Action) -> State | 
 
 
 def _diagnose_fault(
-    domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding
+    domain: Domain, history: History, operator: CompiledOperator, binding: ObjectBySlot
 ) -> Fault:
     """Return the fault of a step; of several faults, the first kind in `Domain.precedence`.
 
@@ -129,7 +129,9 @@ def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -
     return fault.check.reason.format_map(map_parameters_to_names(action, domain, scene))
 
 
-def find_check_witnesses(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
+def find_objects_explaining_failed_check(
+    check: Check, domain: Domain, action: Action, state: State
+) -> tuple[str, ...]:
     """Return the names of objects that show why a check failed, beyond the objects in the check's reason.
 
     ``state`` is the state in which the check failed.

@@ -50,7 +50,7 @@ class _RecursivePredicates:
         self._definitions = definitions
         self._names = {definition.name for definition in definitions}
         self._get_vocabulary = get_vocabulary
-        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._copy_scene_with_all_and_recursive_predicates)
+        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_full_and_recursive_only_scenes)
         self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
         self.predicates: list[DerivedPredicate] = [
             self._make_predicate(definition) for definition in definitions
@@ -86,7 +86,7 @@ class _RecursivePredicates:
         )
 
     @cached_property
-    def _next_round_vocabulary(self) -> Vocabulary:
+    def _vocabulary_of_current_and_next_facts(self) -> Vocabulary:
         """Vocabulary in which each recursive predicate has its current and its next relation.
 
         The next relation follows from the current relations by the definitions. Current relations are stored
@@ -101,17 +101,19 @@ class _RecursivePredicates:
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _next_round_fact_listers_by_predicate(self) -> Sequence[tuple[str, FactLister]]:
+    def _derived_fact_listers_by_recursive_predicate(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._definitions]
         return [
             (
                 name,
-                make_fact_lister(self._next_round_vocabulary, f"{name} ", allow_equal_arguments=True),
+                make_fact_lister(
+                    self._vocabulary_of_current_and_next_facts, f"{name} ", allow_equal_arguments=True
+                ),
             )
             for name in names
         ]
 
-    def _copy_scene_with_all_and_recursive_predicates(self, scene: Scene) -> tuple[Scene, Scene]:
+    def _make_full_and_recursive_only_scenes(self, scene: Scene) -> tuple[Scene, Scene]:
         """Return two copies of a scene: one with all predicates, one with the recursive predicates only.
 
         In both, the recursive predicates are stored predicates, so that states can hold the facts that were
@@ -119,7 +121,10 @@ class _RecursivePredicates:
         """
         all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)
-            for vocabulary in (self._next_round_vocabulary, self._recursive_predicates_vocabulary)
+            for vocabulary in (
+                self._vocabulary_of_current_and_next_facts,
+                self._recursive_predicates_vocabulary,
+            )
         ]
         return all_predicates_scene, recursive_predicates_scene
 
@@ -141,7 +146,7 @@ class _RecursivePredicates:
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._next_round_fact_listers_by_predicate
+                for name, facts_of in self._derived_fact_listers_by_recursive_predicate
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):

@@ -10,15 +10,15 @@ from eai.logic.formula import Constant, Term, Variable
 from eai.world.relation import ObjectMask
 from eai.world.state import Scene, State
 
-FrameBinding: TypeAlias = list[int]
+ObjectBySlot: TypeAlias = list[int]
 """List of object indices, one for each slot of a frame (variable or constant); slot 0 holds the agent."""
 
 SlotByVariable: TypeAlias = Mapping[str, int]
 """Mapping from the name of a variable to the number of its slot (its position in a binding)."""
 
-ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
+ConditionTest: TypeAlias = Callable[[State, ObjectBySlot], bool]
 
-ObjectFilter: TypeAlias = Callable[[State, FrameBinding, ObjectMask], ObjectMask]
+ObjectFilter: TypeAlias = Callable[[State, ObjectBySlot, ObjectMask], ObjectMask]
 """Function of a state, a binding and objects. It returns those of the objects that make a formula true."""
 
 AGENT = Constant("agent")
@@ -63,7 +63,7 @@ class SlotAllocator:
             raise DomainError(f"variable {term.name} is not bound: make it a parameter, or quantify over it")
         return scope[term.name]
 
-    def bind_arguments(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
+    def bind_arguments(self, scene: Scene, arguments: Sequence[int]) -> ObjectBySlot:
         """Return a binding in which the slots of the parameters hold these arguments.
 
         The slots of constants hold the objects that the constants name. All other slots hold no object.

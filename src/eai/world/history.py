@@ -13,7 +13,7 @@ from typing import TypeAlias
 from eai.world.condition import combine_tests_by_and
 from eai.world.executable import CheckFailure, find_failing_check
 from eai.world.fault import FaultKind
-from eai.world.frame import ConditionTest, FrameBinding
+from eai.world.frame import ConditionTest, ObjectBySlot
 from eai.world.state import State
 
 
@@ -76,7 +76,7 @@ class History:
         return number
 
 
-HistoryRule: TypeAlias = Callable[[CheckFailure, FrameBinding, History], int | None]
+HistoryRule: TypeAlias = Callable[[CheckFailure, ObjectBySlot, History], int | None]
 """Function that tests whether a check failed because of a wrong order of steps.
 
 The order is wrong if the check's condition held in an earlier state. The function takes the failed check, the
@@ -85,7 +85,7 @@ step. It returns the index of the earlier state. None means that the condition n
 """
 
 
-def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
+def find_when_conditions_held(failure: CheckFailure, binding: ObjectBySlot, history: History) -> int | None:
     """Return the index of the last state in which any history condition of a failed check held, or None.
 
     An index means that the order of actions is wrong, because every history condition held in some state. If
@@ -103,12 +103,12 @@ def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, hist
     return latest
 
 
-def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -> bool:
+def _holds_in_state(truth: ConditionTest, binding: ObjectBySlot, state: State) -> bool:
     return truth(state, binding)
 
 
 def find_when_action_was_possible(
-    failure: CheckFailure, binding: FrameBinding, history: History
+    failure: CheckFailure, binding: ObjectBySlot, history: History
 ) -> int | None:
     """Return the index of the last earlier state in which an action was possible; None if it never was.
 

@@ -20,7 +20,7 @@ from eai.world.vocabulary import Vocabulary
 
 _ObjectIndices: TypeAlias = Sequence[int]
 _MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
-_TupleFinder: TypeAlias = Callable[[State, _ObjectIndices, ObjectMask], Iterator[tuple[int, ...]]]
+_ArgumentTupleFinder: TypeAlias = Callable[[State, _ObjectIndices, ObjectMask], Iterator[tuple[int, ...]]]
 """Function that yields the tuples of objects for which a predicate holds, in the order of given objects.
 
 Its last argument is a bit mask of objects: each tuple contains at least one of them. `_ANY` allows all
@@ -44,14 +44,14 @@ class FactLister:
     predicate: str
     sources: tuple[str, ...]
     allow_equal_arguments: bool
-    _find_tuples: _TupleFinder
+    _find_tuples: _ArgumentTupleFinder
 
     @property
-    def is_of_stored_predicate(self) -> bool:
+    def is_predicate_stored(self) -> bool:
         """Whether the predicate is stored, not derived."""
         return self.sources == (self.predicate,)
 
-    def is_listed(self, fact: Fact) -> bool:
+    def is_listed_if_true(self, fact: Fact) -> bool:
         """Whether `list_facts` lists a fact if it holds.
 
         Without `allow_equal_arguments`, facts that contain an object twice are not listed.
@@ -90,11 +90,13 @@ def make_fact_lister(
         predicate,
         sources,
         allow_equal_arguments,
-        _choose_tuple_finder(vocabulary, predicate, allow_equal_arguments),
+        _choose_argument_tuple_finder(vocabulary, predicate, allow_equal_arguments),
     )
 
 
-def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arguments: bool) -> _TupleFinder:
+def _choose_argument_tuple_finder(
+    vocabulary: Vocabulary, predicate: str, allow_equal_arguments: bool
+) -> _ArgumentTupleFinder:
     if vocabulary.find_stored_predicate(predicate) is not None and vocabulary.find_arity(predicate) == 2:
         return partial(_list_stored_pairs, predicate, allow_equal_arguments)
     if predicate in vocabulary.tuple_slots:
@@ -119,23 +121,33 @@ def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arg
 
 
 def _list_stored_pairs(
-    predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
+    predicate: str,
+    allow_equal: bool,
+    state: State,
+    objects: _ObjectIndices,
+    including_at_least_one: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     relation, among = state.relation(predicate), make_mask(objects)
     sources = relation.sources
-    if including_any != _ANY:
-        sources &= reduce(or_, map(relation.column, iterate_bits(including_any & among)), including_any)
+    if including_at_least_one != _ANY:
+        sources &= reduce(
+            or_, map(relation.column, iterate_bits(including_at_least_one & among)), including_at_least_one
+        )
     for x in objects:
         if sources >> x & 1:
-            wanted = among if including_any >> x & 1 else among & including_any
+            wanted = among if including_at_least_one >> x & 1 else among & including_at_least_one
             yield from _make_pairs_with_first_object(x, relation.row(x) & wanted, objects, allow_equal)
 
 
 def _list_stored_tuples(
-    predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
+    predicate: str,
+    allow_equal: bool,
+    state: State,
+    objects: _ObjectIndices,
+    including_at_least_one: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.get_tuple_set(predicate).members if _includes_any(m, including_any)]
+    members = [m for m in state.get_tuple_set(predicate).members if _includes_any(m, including_at_least_one)]
     listed = [m for m in members if order.keys() >= {*m} and (allow_equal or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
@@ -146,11 +158,11 @@ def _list_pairs_of_derived_predicate(
     allow_equal: bool,
     state: State,
     objects: _ObjectIndices,
-    including_any: ObjectMask,
+    including_at_least_one: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     among = make_mask(objects)
     for x in objects:
-        wanted = among if including_any >> x & 1 else among & including_any
+        wanted = among if including_at_least_one >> x & 1 else among & including_at_least_one
         row = (
             find_second_arguments(state, argument_slots.bind_arguments(state.scene, (x, UNBOUND)), wanted)
             if wanted
@@ -175,14 +187,14 @@ def _find_tuples_by_testing_each(
     make_tuples: _MakeTuples,
     state: State,
     objects: _ObjectIndices,
-    including_any: ObjectMask,
+    including_at_least_one: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     for arguments in make_tuples(objects):
-        if _includes_any(arguments, including_any) and test(
+        if _includes_any(arguments, including_at_least_one) and test(
             state, frame.bind_arguments(state.scene, arguments)
         ):
             yield arguments
 
 
-def _includes_any(arguments: tuple[int, ...], including_any: ObjectMask) -> bool:
-    return including_any == _ANY or any(including_any >> index & 1 for index in arguments)
+def _includes_any(arguments: tuple[int, ...], including_at_least_one: ObjectMask) -> bool:
+    return including_at_least_one == _ANY or any(including_at_least_one >> index & 1 for index in arguments)

@@ -213,7 +213,7 @@ def _find_effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
             yield from _find_effect_conditions(effect.otherwise)
 
 
-def sort_operator_checks(operator: Operator) -> Operator:
+def sort_checks_in_paper_order(operator: Operator) -> Operator:
     """Return a copy of an operator, with its checks in the order of the paper "Embodied Agent Interface".
 
     The order is affordance, additional step, missing step. Checks of one kind keep their order.

@@ -174,7 +174,7 @@ class Relation:
         if self._row_keys:
             _write_row_into_changed_columns(self._rows, target, sources)
 
-    def flip_pair(self, source: int, target: int) -> None:
+    def toggle_pair(self, source: int, target: int) -> None:
         """Add a pair to the relation if it is missing, else remove it.
 
         Call this only on a new `copy`, because the relations of states never change.
@@ -193,7 +193,7 @@ class Relation:
     def __len__(self) -> int:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
-    def find_changed_sources(self, other: Relation) -> list[int]:
+    def find_sources_with_changed_targets(self, other: Relation) -> list[int]:
         """Return the sources, ascending, whose targets differ between this relation and another relation.
 
         Both relations must be of the same predicate and the same episode.
@@ -277,9 +277,9 @@ def iterate_bits(mask: int) -> Iterator[int]:
         mask ^= low
 
 
-def keep_lowest_bits(mask: int, number: int) -> int:
-    """Return the bit mask of the ``number`` lowest set bits of a mask."""
-    return sum([1 << position for position in islice(iterate_bits(mask), number)])
+def keep_lowest_set_bits(mask: int, count: int) -> int:
+    """Return the bit mask of the ``count`` lowest set bits of a mask."""
+    return sum([1 << position for position in islice(iterate_bits(mask), count)])
 
 
 def _compute_row_from_changed_columns(

@@ -242,7 +242,7 @@ class State:
             tuples = sorted(self.tuples[slot].members)
             yield from [Fact(name, each) for each in tuples if not make_mask(each) & ~among]
 
-    def replace_facts(self, facts: Iterable[StatedFact]) -> State:
+    def replace_all_facts(self, facts: Iterable[StatedFact]) -> State:
         """Return a state of the same episode in which, of the stored facts, exactly these facts hold.
 
         Raises:
@@ -298,7 +298,7 @@ def compare_states(before: State, after: State) -> StateChange:
             removed += [Fact(name, (i,) if arity else ()) for i in iterate_bits(old & ~new)]
     for name, slot in vocabulary.binary_slots.items():
         earlier, later = before.binary[slot], after.binary[slot]
-        for x in () if earlier is later else earlier.find_changed_sources(later):
+        for x in () if earlier is later else earlier.find_sources_with_changed_targets(later):
             old, new = earlier.row(x), later.row(x)
             added += [Fact(name, (x, y)) for y in iterate_bits(new & ~old)]
             removed += [Fact(name, (x, y)) for y in iterate_bits(old & ~new)]
@@ -337,30 +337,30 @@ class StateDraft:
         """Make a unary predicate true of exactly these objects (a bit mask)."""
         self.unary[predicate_slot] = objects
 
-    def set_binary_fact(self, slot: int, source: int, target: int, truth: bool) -> None:
+    def set_binary_fact(self, predicate_slot: int, source: int, target: int, truth: bool) -> None:
         """Add a pair to a relation, or remove the pair if ``truth`` is False."""
-        if self.binary[slot].has(source, target) is not truth:
-            self._copy_relation(slot).flip_pair(source, target)
+        if self.binary[predicate_slot].has(source, target) is not truth:
+            self._copy_relation(predicate_slot).toggle_pair(source, target)
 
-    def set_targets_in_relation(self, slot: int, source: int, targets: ObjectMask) -> None:
+    def set_targets_in_relation(self, predicate_slot: int, source: int, targets: ObjectMask) -> None:
         """Relate ``source`` to exactly the targets in a bit mask."""
-        if self.binary[slot].row(source) != targets:
-            self._copy_relation(slot).set_row(source, targets)
+        if self.binary[predicate_slot].row(source) != targets:
+            self._copy_relation(predicate_slot).set_row(source, targets)
 
-    def remove_all_sources(self, slot: int, target: int) -> None:
+    def remove_pairs_with_target(self, predicate_slot: int, target: int) -> None:
         """Remove all pairs with ``target`` as second element from a relation."""
-        if self.binary[slot].column(target):
-            self._copy_relation(slot).set_column(target, 0)
+        if self.binary[predicate_slot].column(target):
+            self._copy_relation(predicate_slot).set_column(target, 0)
 
-    def add_tuple(self, slot: int, arguments: tuple[int, ...]) -> None:
+    def add_argument_tuple(self, predicate_slot: int, arguments: tuple[int, ...]) -> None:
         """Add a tuple to the set of a predicate of three or more arguments."""
-        self._replace_tuples(slot, self.tuples[slot].members | {arguments})
+        self._replace_tuples(predicate_slot, self.tuples[predicate_slot].members | {arguments})
 
-    def remove_matching_tuples(self, slot: int, pattern: tuple[int | None, ...]) -> None:
+    def remove_matching_tuples(self, predicate_slot: int, pattern: tuple[int | None, ...]) -> None:
         """Remove all tuples that match ``pattern`` from a set. None in ``pattern`` matches any object."""
-        members = self.tuples[slot].members
+        members = self.tuples[predicate_slot].members
         matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
-        self._replace_tuples(slot, members.difference(matching))
+        self._replace_tuples(predicate_slot, members.difference(matching))
 
     def _replace_tuples(self, slot: int, members: frozenset[tuple[int, ...]]) -> None:
         if members != self.tuples[slot].members:

@@ -205,7 +205,7 @@ def test_a_substance_is_visible_on_an_object_or_in_an_open_container(domain: Dom
     def find_visible(*more: str) -> set[str]:
         initial = make_state(*more)
         return {
-            name for name, i in initial.scene.index.items() if domain.find_visible_objects(initial, 1 << i)
+            name for name, i in initial.scene.index.items() if domain.visible_object_filter(initial, 1 << i)
         }
 
     assert {"plate", "flour"} <= find_visible()

@@ -93,7 +93,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
         task, plan = made.task, made.task.script
         assert not any(GoalTest(task).evaluate_each_goal(task.initial, ())), task.id
         assert solves(domain, task, plan), task.id
-        assert execute_plan(domain, task.initial, plan).additional_step_count == 0
+        assert execute_plan(domain, task.initial, plan).needless_step_count == 0
         assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
         assert find_min_plan_length(task, domain, 1) == made.about["lower_bound"] == 2, task.id
 

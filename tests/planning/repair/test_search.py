@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
-from eai.planning.repair.search import Repairer
+from eai.planning.repair.search import FewestEditsPlanRepairer
 from eai.planning.search import SearchEffort, SearchResult
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.goal_test import GoalTest
@@ -116,11 +116,13 @@ def draw(name: str, random: Random) -> tuple[ActionSequencingScorer, tuple[Actio
     return scorer, faulty, actions
 
 
-def restricted(scorer: ActionSequencingScorer, plan: PlanSteps, actions: Sequence[Action]) -> Repairer:
+def restricted(
+    scorer: ActionSequencingScorer, plan: PlanSteps, actions: Sequence[Action]
+) -> FewestEditsPlanRepairer:
     """Return a repairer that inserts the given actions only."""
     task = scorer.task
     named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]
-    repairer = Repairer(
+    repairer = FewestEditsPlanRepairer(
         planner(scorer.domain),
         task.initial,
         to_planning_goal(task),
@@ -160,7 +162,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
     random = Random(9)
     for _ in range(examples(30)):
         scorer, plan, _ = draw(name, random)
-        repairer = Repairer(
+        repairer = FewestEditsPlanRepairer(
             planner(scorer.domain), scorer.task.initial, to_planning_goal(scorer.task), scorer.task.relevant
         )
         at_least, at_most = 0, float("inf")
@@ -190,7 +192,9 @@ def test_a_plan_from_the_initial_state_is_searched_for_once(monkeypatch: pytest.
         return plan(*given)
 
     monkeypatch.setattr(Planner, "find_plan", counted)
-    repairer = Repairer(planner(scorer.domain), task.initial, to_planning_goal(task), task.relevant)
+    repairer = FewestEditsPlanRepairer(
+        planner(scorer.domain), task.initial, to_planning_goal(task), task.relevant
+    )
     repairer.repair((), SearchEffort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
     repairer.repair((), SearchEffort(1))

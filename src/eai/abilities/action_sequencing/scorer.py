@@ -243,7 +243,7 @@ class ActionSequencingScorer(PlanScorer):
             error = make_error_report(failure, number, self.domain, action, self.task.scene)
         elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
-        success, additional = self._is_success(error, reached), trajectory.additional_step_count
+        success, additional = self._is_success(error, reached), trajectory.needless_step_count
         return self._make_verdict(
             reached,
             plan,

@@ -28,7 +28,7 @@ from eai.logic.choice import Literal, make_closest_dnf_term_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.relation import iterate_bits, keep_lowest_bits
+from eai.world.relation import iterate_bits, keep_lowest_set_bits
 
 _MAX_ENTRY_CHARACTERS = 100
 """Maximum number of characters that a message quotes from an ill-formed entry of an answer."""
@@ -155,7 +155,7 @@ class GoalInterpretationScorer(Scorer):
             wanted_number = meant.bit_count()
             if times > 1:
                 times = min(times, max(1, wanted_number, self.lexicon.count_possible_object_tuples(goal)))
-            matched |= meant if times >= wanted_number else keep_lowest_bits(meant, times)
+            matched |= meant if times >= wanted_number else keep_lowest_set_bits(meant, times)
             if times > wanted_number:
                 wrong += [str(goal)] * (times - wanted_number)
                 kinds += [self.lexicon.classify_goal(goal)] * (times - wanted_number)

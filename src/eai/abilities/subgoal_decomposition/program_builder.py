@@ -239,7 +239,9 @@ class SubgoalProgramCompiler:
         self._distinguished = distinguished
         self.extent = _QuantifierRange(task)
         self.brings_about = refinement.can_bring_about
-        self._exclusion = cache(lambda: refinement.exclusion_rules().make_fact_exclusion_prover(task.initial))
+        self._exclusion = cache(
+            lambda: refinement.exclusion_rules().make_mutual_exclusion_prover(task.initial)
+        )
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_state_requirement)
         self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_of_needless_subgoal_actions)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)

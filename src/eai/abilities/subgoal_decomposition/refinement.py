@@ -30,7 +30,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     list_objects_in_argument_tuples,
 )
 from eai.abilities.subgoal_decomposition.uniform_cost import PermittedActions, SearchGoal, find_plans
-from eai.planning.exclusion import FactExclusionRules
+from eai.planning.exclusion import MutualExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -88,7 +88,7 @@ class SubgoalRefiner:
 
     def __init__(self, domain: Domain, budget: int = 300) -> None:
         self.domain = domain
-        self.exclusion_rules = cache(lambda: FactExclusionRules(domain))
+        self.exclusion_rules = cache(lambda: MutualExclusionRules(domain))
         self._repertoire = OperatorIndex(domain)
         self._budget = budget
 

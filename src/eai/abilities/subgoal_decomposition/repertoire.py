@@ -37,7 +37,7 @@ from eai.world.derived import find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import AGENT, UNBOUND, ConditionTest, FrameBinding, SlotAllocator
+from eai.world.frame import AGENT, UNBOUND, ConditionTest, ObjectBySlot, SlotAllocator
 from eai.world.operator import Check, Operator, OperatorRole
 from eai.world.relation import make_mask
 from eai.world.state import Scene, State
@@ -275,7 +275,7 @@ class OperatorIndex:
         }
         usable = make_mask(objects)
         partial, effort = (
-            taken.make_partial_binding(state.scene, scope, only_static_conditions=True),
+            taken.make_partial_variable_binding(state.scene, scope, only_static_conditions=True),
             SearchEffort(Limits().bindings),
         )
         bindings = generate_complete_bindings(state, partial, usable, effort)
@@ -457,7 +457,7 @@ class CandidateAction(NamedTuple):
 
     action: Action
     info: _OperatorForSearch
-    binding: FrameBinding
+    binding: ObjectBySlot
     possible: dict[State, bool]
     results: dict[State, State]
     parts: LiteralBits = 0

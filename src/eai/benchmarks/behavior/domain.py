@@ -9,7 +9,7 @@ from eai.benchmarks.behavior.operators import add_robot_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
 from eai.world.history import find_when_action_was_possible
-from eai.world.operator import Operator, sort_operator_checks
+from eai.world.operator import Operator, sort_checks_in_paper_order
 
 
 @cache
@@ -19,7 +19,7 @@ def make_domain_with_checks_in_paper_order() -> Domain:
     This order decides which kind of error an impossible action has. Actions move the robot to their objects.
     """
     return _build_household(
-        [add_robot_movement(sort_operator_checks(operator)) for operator in make_operators()]
+        [add_robot_movement(sort_checks_in_paper_order(operator)) for operator in make_operators()]
     )
 
 

@@ -25,7 +25,7 @@ from eai.world.operator import (
     additional_step,
     affordance,
     missing_step,
-    sort_operator_checks,
+    sort_checks_in_paper_order,
 )
 from eai.world.vocabulary import Predicate
 
@@ -681,7 +681,7 @@ def add_solidity_checks_and_robot_movement(operator: Operator) -> Operator:
     )
     if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
         effects = (*effects, _make_effect_of_going_to(operator.parameters[-1]))
-    return sort_operator_checks(replace(operator, checks=checks, effects=effects))
+    return sort_checks_in_paper_order(replace(operator, checks=checks, effects=effects))
 
 
 _MAKERS: tuple[Callable[[], Operator], ...] = (

@@ -471,7 +471,7 @@ class TaskGenerator:
         """Whether each object of the goals is visible at the start, or becomes visible by a relaxed plan."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
-            domain.find_visible_objects(start, 1 << i)
+            domain.visible_object_filter(start, 1 << i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
             for i in sorted(task.find_objects_named_in_goals(task.goals))
         )

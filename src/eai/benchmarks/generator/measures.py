@@ -145,8 +145,8 @@ def _find_opened_and_revealed_objects(
         opened = {i for lid in opening_lids for i in _find_containers_opened_between(lid, before, after)}
         if opened:
             containers |= opened
-            visible_before = domain.find_visible_objects(before, needed_mask)
-            hidden |= set(iterate_bits(domain.find_visible_objects(after, needed_mask) & ~visible_before))
+            visible_before = domain.visible_object_filter(before, needed_mask)
+            hidden |= set(iterate_bits(domain.visible_object_filter(after, needed_mask) & ~visible_before))
     return containers, hidden
 
 

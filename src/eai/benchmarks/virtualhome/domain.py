@@ -8,13 +8,13 @@ from functools import cache
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.operators import make_operators, make_switch_hands_action
 from eai.world.domain import Domain
-from eai.world.operator import Operator, sort_operator_checks
+from eai.world.operator import Operator, sort_checks_in_paper_order
 
 
 @cache
 def make_domain_with_checks_in_paper_order() -> Domain:
     """Return the domain whose operators make their checks in the order of the paper's text."""
-    return _build_household([sort_operator_checks(operator) for operator in make_operators()])
+    return _build_household([sort_checks_in_paper_order(operator) for operator in make_operators()])
 
 
 @cache

@@ -210,7 +210,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
             reached = self._summary_goals.evaluate_each_goal(
                 execution.trajectory.final_state, execution.taken_actions
             )
-        additional = execution.trajectory.additional_step_count
+        additional = execution.trajectory.needless_step_count
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
         errors = {} if verdict.error is None else {verdict.error.kind: 1}

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from eai.planning.conflict_changes import (
     ChangeSet,
-    FactChangeFinder,
+    NecessaryChangeFinder,
     UndoesWantedChange,
     simplify_check_given_other_checks,
 )
@@ -54,7 +54,7 @@ class PlanStateCache:
     """
 
     def __init__(
-        self, domain: Domain, initial: State, goal: PlanningGoal, change_finder: FactChangeFinder
+        self, domain: Domain, initial: State, goal: PlanningGoal, change_finder: NecessaryChangeFinder
     ) -> None:
         self.domain = domain
         self.initial = initial
@@ -77,14 +77,16 @@ class PlanStateCache:
         goal lists.
         """
         number, taken = moment
-        after, executed = self.get_step_outcome(number, action)
+        after, executed = self.get_next_state_number_and_is_executed(number, action)
         if after is None:
             return None
         wanted = self.goal.actions
         takes = executed and taken < len(wanted) and action.operator in wanted[taken]
         return after, taken + takes
 
-    def get_step_outcome(self, state_number: int, action: Action) -> tuple[int | None, bool]:
+    def get_next_state_number_and_is_executed(
+        self, state_number: int, action: Action
+    ) -> tuple[int | None, bool]:
         """Return the number of the state after a step, and whether the step is executed.
 
         The number is None if the step is impossible. A step that is skipped, because it is not needed, leads
@@ -92,10 +94,14 @@ class PlanStateCache:
         """
         outcome = self._after.get((state_number, action))
         if outcome is None:
-            outcome = self._after[state_number, action] = self._compute_step_outcome(state_number, action)
+            outcome = self._after[state_number, action] = self._compute_next_state_number_and_is_executed(
+                state_number, action
+            )
         return outcome
 
-    def _compute_step_outcome(self, state_number: int, action: Action) -> tuple[int | None, bool]:
+    def _compute_next_state_number_and_is_executed(
+        self, state_number: int, action: Action
+    ) -> tuple[int | None, bool]:
         state, operator = self.by_number[state_number], self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
@@ -117,23 +123,25 @@ class PlanStateCache:
             missed = self._missed[state_number] = tuple(lacking)
         return missed
 
-    def compute_path(self, plan: EditedPlan, earlier_path: PlanPath, first_entry: int) -> PlanPath:
+    def compute_plan_path(
+        self, plan: EditedPlan, earlier_path: PlanPath, first_entry_to_execute: int
+    ) -> PlanPath:
         """Execute a plan, and return its path (`PlanPath`): the moments up to the first impossible step.
 
         Args:
             plan: the plan.
-            earlier_path: a path that agrees with the plan's path up to the moment before ``first_entry``.
-            first_entry: the index of the first step to execute.
+            earlier_path: a path that agrees with the plan's path up to the moment before ``first_entry_to_execute``.
+            first_entry_to_execute: the index of the first step to execute.
         """
-        moments = [*earlier_path[: first_entry + 1]]
-        for _, action in plan[first_entry:]:
+        moments = [*earlier_path[: first_entry_to_execute + 1]]
+        for _, action in plan[first_entry_to_execute:]:
             after = moments[-1] if action is None else self.compute_moment_after_step(moments[-1], action)
             if after is None:
                 break
             moments.append(after)
         return tuple(moments)
 
-    def count_failed_steps_and_goals(self, steps: PlanSteps, moment: PlanMoment) -> int:
+    def count_failed_steps_and_missed_goals(self, steps: PlanSteps, moment: PlanMoment) -> int:
         """Count the steps that fail after a moment (`PlanMoment`), plus the goals missed at the end.
 
         Steps that fail are skipped.
@@ -154,7 +162,7 @@ class PlanStateCache:
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan that begins at ``start`` (see `PlanMoment`) reaches the goal."""
-        return self.plan_succeeds(plan, self.compute_path(plan, (start,), 0))
+        return self.plan_succeeds(plan, self.compute_plan_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
@@ -164,22 +172,22 @@ The action None stands for the deletion of the entry at the position.
 """
 
 
-EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
+RepairEditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 """Function from an edited plan and its `PlanPath` to edits.
 
 Every repair of the plan makes at least one of the edits.
 """
 
 
-def make_edits_finder(states: PlanStateCache) -> EditsFinder:
+def make_repair_edits_finder(states: PlanStateCache) -> RepairEditsFinder:
     """Return a function that finds edits that may resolve the conflict of an edited plan.
 
     A plan's conflict is its first impossible step, or else a goal that the plan misses at its end.
     """
-    return _HelpingEditFinder(states).find_edits_towards_repair
+    return _ConflictResolvingEditFinder(states).find_edits_that_may_resolve_conflict
 
 
-class _HelpingEditFinder:
+class _ConflictResolvingEditFinder:
     """Finds the conflict (the first failure) of an edited plan, and the edits that may resolve the conflict.
 
     Args:
@@ -193,22 +201,24 @@ class _HelpingEditFinder:
         self._improving: dict[tuple[int, Action], dict[FactChange, tuple[ChangeSet, UndoesWantedChange]]] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def find_edits_towards_repair(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
+    def find_edits_that_may_resolve_conflict(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
         """Return edits of a plan. Every repair of the plan contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
-            deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_kept else []
-            return deletion + self._find_edits_making_any_change(
+            deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_unchanged_step else []
+            return deletion + self._find_edits_for_changes_or_operators(
                 plan, path, self._get_cached_changes_to_enable_step(number, action), frozenset()
             )
         choices = [
-            self._find_edits_making_any_change(plan, path, changes, frozenset())
-            for changes in self._find_changes_to_reach_goals(number)
+            self._find_edits_for_changes_or_operators(plan, path, changes, frozenset())
+            for changes in self._find_necessary_changes_for_missed_goals(number)
         ]
         if taken < len(self._states.goal.actions):
             names = [n for names in self._states.goal.actions[: taken + 1] for n in names]
-            choices.append(self._find_edits_making_any_change(plan, path, frozenset(), frozenset(names)))
+            choices.append(
+                self._find_edits_for_changes_or_operators(plan, path, frozenset(), frozenset(names))
+            )
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
@@ -247,7 +257,7 @@ class _HelpingEditFinder:
                     )
         return frozenset(changes)
 
-    def _find_changes_to_reach_goals(self, state_number: int) -> list[ChangeSet]:
+    def _find_necessary_changes_for_missed_goals(self, state_number: int) -> list[ChangeSet]:
         """Return a set of changes of facts for each missed goal. One change of each set must happen."""
         changes = self._lacking.get(state_number)
         if changes is None:
@@ -262,7 +272,7 @@ class _HelpingEditFinder:
             self._lacking[state_number] = changes
         return changes
 
-    def _find_edits_making_any_change(
+    def _find_edits_for_changes_or_operators(
         self, plan: EditedPlan, path: PlanPath, fact_changes: ChangeSet, operator_names: frozenset[str]
     ) -> list[HelpingEdits]:
         """Return edits of a plan that may make any of the changes of facts, or execute any of the operators.
@@ -287,10 +297,10 @@ class _HelpingEditFinder:
             entry = plan[position - 1]
             if entry.action is None:
                 continue
-            earlier_changes, undoes = self._find_earlier_changes_for_wanted_changes(
+            earlier_changes, undoes = self._find_changes_before_step_for_wanted_changes(
                 path[position - 1][0], entry.action, fact_changes, operator_names
             )
-            if entry.is_kept and undoes:
+            if entry.is_unchanged_step and undoes:
                 helping_edits.append((position - 1, (None,)))
             if not earlier_changes <= fact_changes:
                 actions |= self._change_finder.find_actions_making_any_change(earlier_changes - fact_changes)
@@ -298,7 +308,7 @@ class _HelpingEditFinder:
                 fact_changes |= earlier_changes
         return helping_edits
 
-    def _find_earlier_changes_for_wanted_changes(
+    def _find_changes_before_step_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts after which a step may make more wanted changes, or undo fewer.
@@ -309,22 +319,24 @@ class _HelpingEditFinder:
         """
         state, executed = (
             self._states.by_number[state_number],
-            self._states.get_step_outcome(state_number, step)[1],
+            self._states.get_next_state_number_and_is_executed(state_number, step)[1],
         )
         finder = self._change_finder
-        earlier_changes = finder.get_changes_by_unknown_effects(step.operator)
+        earlier_changes = finder.get_changes_by_effects_without_schema(step.operator)
         undoes = bool(earlier_changes) and executed
         cached = self._improving.setdefault((state_number, step), {})
-        for change in () if earlier_changes else finder.select_changes_made_or_undone(step, wanted_changes):
+        for change in (
+            () if earlier_changes else finder.select_changes_step_makes_or_undoes(step, wanted_changes)
+        ):
             outcome = cached.get(change)
             if outcome is None:
-                outcome = cached[change] = finder.find_earlier_changes_for_wanted_change(
+                outcome = cached[change] = finder.find_changes_before_step_for_wanted_change(
                     step, state, change, is_executed=executed
                 )
             earlier_changes |= outcome[0]
             undoes = undoes or outcome[1]
         if step.operator in operator_names and not executed:
-            earlier_changes |= self._change_finder.find_changes_to_skip_or_unskip_step(
+            earlier_changes |= self._change_finder.find_changes_toggling_need_for_step(
                 step, state, is_executed=False
             )
         return earlier_changes, undoes

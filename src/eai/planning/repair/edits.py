@@ -28,7 +28,7 @@ class EditedPlanStep(NamedTuple):
     action: Action | None
 
     @property
-    def is_kept(self) -> bool:
+    def is_unchanged_step(self) -> bool:
         """Whether this entry of an edited plan is an unchanged step."""
         return self.step >= 0 and self.action is not None
 
@@ -90,15 +90,15 @@ def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]
     """
     yield from _undo_one_insertion(plan)
     start = 0
-    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+    for is_unchanged_step, entries in groupby(plan, key=lambda entry: entry.is_unchanged_step):
         segment_entries = [*entries]
         before, after = plan[:start], plan[start + len(segment_entries) :]
         start += len(segment_entries)
         inserted = [entry for entry in segment_entries if entry.step < 0]
-        deleted = [] if is_kept else segment_entries[len(inserted) :]
+        deleted = [] if is_unchanged_step else segment_entries[len(inserted) :]
         for i, position in product(range(len(deleted)), range(len(inserted), -1, -1)):
             restored = deleted[i]._replace(action=original[deleted[i].step])
-            if restored.is_kept:
+            if restored.is_unchanged_step:
                 changed = (
                     *inserted[:position],
                     *deleted[:i],
@@ -158,7 +158,7 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
     return inf if plan is None else compute_edit_cost(plan).edits
 
 
-def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
+def find_positions_deletable_without_extra_edit(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion does not raise the number of edits.
 
     Between such a step and the previous unchanged step, the plan has more insertions than deletions. The
@@ -166,9 +166,9 @@ def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """
     surplus = 0
     for position, entry in enumerate(plan):
-        if entry.is_kept and surplus > 0:
+        if entry.is_unchanged_step and surplus > 0:
             yield position
-        surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
+        surplus = 0 if entry.is_unchanged_step else surplus + (1 if entry.step < 0 else -1)
 
 
 _END = EditedPlanStep(0, Action("", ()))
@@ -204,9 +204,11 @@ def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
 def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
     """Return an edited plan in which, between unchanged steps, inserted steps come before deleted steps."""
     entries_in_order: list[EditedPlanStep] = []
-    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+    for is_unchanged_step, entries in groupby(plan, key=lambda entry: entry.is_unchanged_step):
         segment = [*entries]
-        entries_in_order += segment if is_kept else sorted(segment, key=lambda entry: entry.step >= 0)
+        entries_in_order += (
+            segment if is_unchanged_step else sorted(segment, key=lambda entry: entry.step >= 0)
+        )
     return tuple(entries_in_order)
 
 

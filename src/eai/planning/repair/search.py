@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import inf
 from typing import NamedTuple, TypeAlias
 
-from eai.planning.conflict_changes import FactChangeFinder
+from eai.planning.conflict_changes import NecessaryChangeFinder
 from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.repair.conflicts import (
@@ -20,7 +20,7 @@ from eai.planning.repair.conflicts import (
     PlanMoment,
     PlanPath,
     PlanStateCache,
-    make_edits_finder,
+    make_repair_edits_finder,
 )
 from eai.planning.repair.edits import (
     EditCost,
@@ -31,7 +31,7 @@ from eai.planning.repair.edits import (
     align_plans,
     compute_edit_cost,
     count_edits_or_infinity,
-    find_positions_to_delete_without_cost,
+    find_positions_deletable_without_extra_edit,
     insert_or_delete_step,
     list_plan_edits,
     make_unedited_plan,
@@ -94,7 +94,7 @@ plan's `PlanPath`. Trying ``_EDITS_PER_EFFORT`` edits costs one operation.
 """
 
 
-class Repairer:
+class FewestEditsPlanRepairer:
     """Repairs plans for one task.
 
     Args:
@@ -112,9 +112,11 @@ class Repairer:
     def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
         self._planner = planner
         self._objects = objects
-        self.change_finder = FactChangeFinder(planner.domain, initial, objects, planner.heuristic.achievers)
+        self.change_finder = NecessaryChangeFinder(
+            planner.domain, initial, objects, planner.heuristic.achievers
+        )
         self.states = PlanStateCache(planner.domain, initial, goal, self.change_finder)
-        self.find_edits = make_edits_finder(self.states)
+        self.find_edits = make_repair_edits_finder(self.states)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
@@ -134,7 +136,7 @@ class Repairer:
         search = _RepairSearch(self, plan)
         best = search.run(effort.limit * _FIRST_SHARE, edit_limit)
         if best is None and search.min_edits < edit_limit:
-            best = self._find_best_planner_repair(plan, effort)
+            best = self._find_best_repair_made_by_planner(plan, effort)
             best = (
                 search.run(effort.limit * _SEARCH_SHARE, min(count_edits_or_infinity(best), edit_limit))
                 or best
@@ -151,7 +153,7 @@ class Repairer:
         if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.clear_cached_states()
             self.change_finder.clear_cached_effects()
-            self.find_edits = make_edits_finder(self.states)
+            self.find_edits = make_repair_edits_finder(self.states)
             self._enabling_actions.clear()
 
     def _repair_by_planner(
@@ -164,14 +166,14 @@ class Repairer:
         """
         if self.reaches_goal(plan):
             return 0, ()
-        best = self._find_best_planner_repair(plan, effort)
+        best = self._find_best_repair_made_by_planner(plan, effort)
         return 1, None if best is None else list_plan_edits(best)
 
-    def _find_best_planner_repair(self, plan: PlanSteps, effort: SearchEffort) -> EditedPlan | None:
+    def _find_best_repair_made_by_planner(self, plan: PlanSteps, effort: SearchEffort) -> EditedPlan | None:
         looks = int(min(effort.limit, Limits().looks))
         repairs = [
             self._remove_needless_edits(repair, plan, effort)
-            for repair in self._generate_planner_repairs(plan, looks, effort)
+            for repair in self._generate_repairs_made_by_planner(plan, looks, effort)
         ]
         return min(repairs, key=count_edits_or_infinity, default=None)
 
@@ -187,23 +189,23 @@ class Repairer:
         effort.used += search.effort.used
         return search.min_edits
 
-    def _generate_planner_repairs(
-        self, plan: PlanSteps, max_tests: int, effort: SearchEffort
+    def _generate_repairs_made_by_planner(
+        self, plan: PlanSteps, max_tested_actions: int, effort: SearchEffort
     ) -> Iterator[EditedPlan]:
         """Yield up to two repairs by the planner.
 
         One repair keeps the plan's possible steps and continues after them. The other is a new plan from the
-        initial state. ``max_tests`` limits the actions that the planner tests for the first repair.
+        initial state. ``max_tested_actions`` limits the actions that the planner tests for the first repair.
         """
         walk_effort = SearchEffort(
             0 if self.change_finder.has_too_many_actions else effort.limit * _ENABLING_SHARE
         )
         actions, moment = self._execute_possible_steps(plan, walk_effort)
         effort.used += walk_effort.used
-        further = self._find_plan_from(moment, max_tests)
+        further = self._find_plan_from(moment, max_tested_actions)
         if further is not None:
             yield put_insertions_before_deletions(align_plans(plan, (*actions, *further)))
-        whole = self._find_plan_from_start(_START_FACTOR * max_tests)
+        whole = self._find_plan_from_start(_START_FACTOR * max_tested_actions)
         if whole is not None:
             yield put_insertions_before_deletions(align_plans(plan, whole))
 
@@ -220,7 +222,7 @@ class Repairer:
             outcome = (
                 None
                 if step is None
-                else self._enable_and_take_step(moment, step, plan[i + 1 :], skipped, effort)
+                else self._insert_enabling_actions_and_take_step(moment, step, plan[i + 1 :], skipped, effort)
             )
             skipped = skipped + 1 if outcome is None else 0
             if outcome is not None:
@@ -228,8 +230,13 @@ class Repairer:
                 actions += step_actions
         return actions, moment
 
-    def _enable_and_take_step(
-        self, moment: PlanMoment, step: Action, later: PlanSteps, skipped_before: int, effort: SearchEffort
+    def _insert_enabling_actions_and_take_step(
+        self,
+        moment: PlanMoment,
+        step: Action,
+        later_steps: PlanSteps,
+        just_skipped_step_count: int,
+        effort: SearchEffort,
     ) -> tuple[Sequence[Action], PlanMoment] | None:
         """Return a step with actions before it that make it possible, and the `PlanMoment` after the step.
 
@@ -238,8 +245,8 @@ class Repairer:
         Args:
             moment: the moment before the step.
             step: the step.
-            later: the steps after this step.
-            skipped_before: number of steps left out just before this step.
+            later_steps: the steps after this step.
+            just_skipped_step_count: number of steps left out just before this step.
             effort: counter of the effort for making steps possible.
         """
         after = self.states.compute_moment_after_step(moment, step)
@@ -248,15 +255,17 @@ class Repairer:
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
-        path = self.states.compute_path(make_unedited_plan((*before, step)), (moment,), 0)
+        path = self.states.compute_plan_path(make_unedited_plan((*before, step)), (moment,), 0)
         if len(path) < len(before) + 2:  # the step is impossible even after the inserted actions
             return None
         after = path[-1]
-        effort.used += 2 * len(later)
-        edits = max(0, len(before) - skipped_before) + self.states.count_failed_steps_and_goals(later, after)
+        effort.used += 2 * len(later_steps)
+        edits = max(
+            0, len(before) - just_skipped_step_count
+        ) + self.states.count_failed_steps_and_missed_goals(later_steps, after)
         return (
             ((*before, step), after)
-            if edits < 1 + self.states.count_failed_steps_and_goals(later, moment)
+            if edits < 1 + self.states.count_failed_steps_and_missed_goals(later_steps, moment)
             else None
         )
 
@@ -287,16 +296,19 @@ class Repairer:
         effort.used += undo_effort.used
         return plan
 
-    def _find_plan_from_start(self, max_tests: int) -> tuple[Action, ...] | None:
-        if max_tests not in self._plans:
-            self._plans[max_tests] = self._find_plan_from(START[0], max_tests)
-        return self._plans[max_tests]
+    def _find_plan_from_start(self, max_tested_actions: int) -> tuple[Action, ...] | None:
+        if max_tested_actions not in self._plans:
+            self._plans[max_tested_actions] = self._find_plan_from(START[0], max_tested_actions)
+        return self._plans[max_tested_actions]
 
-    def _find_plan_from(self, moment: PlanMoment, max_tests: int) -> tuple[Action, ...] | None:
+    def _find_plan_from(self, moment: PlanMoment, max_tested_actions: int) -> tuple[Action, ...] | None:
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
         result = self._planner.find_plan(
-            self.states.by_number[number], goal, self._objects, Limits(_MAX_PLANNER_STATES, looks=max_tests)
+            self.states.by_number[number],
+            goal,
+            self._objects,
+            Limits(_MAX_PLANNER_STATES, looks=max_tested_actions),
         )
         return result.plan if result.end is SearchEndReason.SOLVED else None
 
@@ -305,9 +317,9 @@ class Repairer:
         entries, find_edits, landmarks = (
             make_unedited_plan(plan),
             self.find_edits,
-            self.make_landmarks(plan),
+            self.make_landmarks_for_repair_of(plan),
         )
-        path = self.states.compute_path(entries, START, 0)
+        path = self.states.compute_plan_path(entries, START, 0)
         if None not in plan:
             helping = find_edits(entries, path)
         else:  # an unreadable step must be deleted
@@ -317,25 +329,27 @@ class Repairer:
         for position, actions in helping:
             if actions == (None,):
                 without = insert_or_delete_step(entries, position, None)[0]
-                path_without = self.states.compute_path(without, path, position)
-                candidates: Iterable[Action | None] = self._find_effective_or_required_actions(path[position])
+                path_without = self.states.compute_plan_path(without, path, position)
+                candidates: Iterable[Action | None] = self._find_state_changing_or_required_actions(
+                    path[position]
+                )
                 if self.states.plan_succeeds(without, path_without):
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
-                yield from self._generate_successful_insertions(
+                yield from self._generate_edits_making_plan_succeed(
                     plan, PlanEdit(position, position, None), path[position], candidates, landmarks
                 )
             else:
-                yield from self._generate_successful_insertions(
+                yield from self._generate_edits_making_plan_succeed(
                     plan, PlanEdit(position, None, None), path[position], actions, landmarks
                 )
                 if position < len(plan) and (position, (None,)) not in helping:
-                    yield from self._generate_successful_insertions(
+                    yield from self._generate_edits_making_plan_succeed(
                         plan, PlanEdit(position, position, None), path[position], actions, landmarks
                     )
 
-    def _generate_successful_insertions(
+    def _generate_edits_making_plan_succeed(
         self,
         plan: PlanSteps,
         edit: PlanEdit,
@@ -349,7 +363,7 @@ class Repairer:
         replacement, the removed step.
         """
         rest = plan[edit.step + (edit.removed is not None) :]
-        lacked = landmarks.find_cuts_missed_by(filter(None, (*plan[: edit.step], *rest)))
+        lacked = landmarks.get_mask_of_cuts_missed_by(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
             if (
@@ -358,12 +372,12 @@ class Repairer:
                 or lacked & ~landmarks.get_mask_of_cuts_with_action(action)
             ):
                 continue
-            if self.states.get_step_outcome(moment[0], action)[1] and self._succeeds_from(
-                self.states.compute_moment_after_step(moment, action), rest
-            ):
+            if self.states.get_next_state_number_and_is_executed(moment[0], action)[
+                1
+            ] and self._succeeds_from(self.states.compute_moment_after_step(moment, action), rest):
                 yield edit._replace(action=action)
 
-    def _find_effective_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
+    def _find_state_changing_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions in a state that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
@@ -380,7 +394,7 @@ class Repairer:
             and self.states.reaches_goal(make_unedited_plan(rest), moment)
         )
 
-    def make_landmarks(self, plan: PlanSteps) -> Landmarks:
+    def make_landmarks_for_repair_of(self, plan: PlanSteps) -> Landmarks:
         """Return the landmarks for the repair of a plan: at first only actions that the goal requires.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set. Required
@@ -410,8 +424,8 @@ class _PlanRepairNode(NamedTuple):
         failures: number of failed steps and missed goals. Before the plan is executed, this is the number
             before its last edit.
         cost: the numbers of edits of the plan, by kind of edit.
-        missed_cuts: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
-        known_cuts: number of landmarks known when ``missed_cuts`` was computed.
+        missed_cuts_mask: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
+        known_cuts: number of landmarks known when ``missed_cuts_mask`` was computed.
         missing_steps: minimum number of missing steps that the landmarks prove.
         min_edits: another minimum number of edits, from the plan's first failure or from postponed edits.
         edits: the edits that were postponed, because they cost more than other edits.
@@ -422,7 +436,7 @@ class _PlanRepairNode(NamedTuple):
     first_unknown: int
     failures: int
     cost: EditCost
-    missed_cuts: int
+    missed_cuts_mask: int
     known_cuts: int
     missing_steps: int
     min_edits: int = 0
@@ -446,10 +460,10 @@ class _RepairSearch:
         min_edits: proved minimum number of edits of all repairs.
     """
 
-    def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
+    def __init__(self, repairer: FewestEditsPlanRepairer, plan: PlanSteps) -> None:
         self._states = repairer.states
         self._find_edits = repairer.find_edits
-        self._landmarks = repairer.make_landmarks(plan)
+        self._landmarks = repairer.make_landmarks_for_repair_of(plan)
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = SearchEffort()
         self.min_edits = 0
@@ -459,15 +473,15 @@ class _RepairSearch:
         start = make_unedited_plan(plan)
         self._push_node(_PlanRepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
 
-    def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
+    def run(self, limit: float, edits_of_known_repair: float = inf) -> EditedPlan | None:
         """Search for a repair with fewest edits, or continue the search. Return the repair, or None.
 
         Args:
             limit: maximum effort of all calls together.
-            known_edits: number of edits of a known repair; only repairs with fewer edits are searched.
+            edits_of_known_repair: number of edits of a known repair; only repairs with fewer edits are searched.
         """
         self.effort.limit = limit
-        while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
+        while self.min_edits < edits_of_known_repair and (node := self._waiting.pop()) is not None:
             updated = self._update_min_edits(node)
             if updated.min_repair_edits > node.min_repair_edits:
                 self._add_to_queue(updated)
@@ -480,7 +494,7 @@ class _RepairSearch:
                 self._expand_node(updated)
             elif self._execute_plan_and_check_success(updated):
                 return node.plan
-        self.min_edits = int(min(self.min_edits, known_edits))
+        self.min_edits = int(min(self.min_edits, edits_of_known_repair))
         return None
 
     def _push_node(self, node: _PlanRepairNode) -> None:
@@ -511,11 +525,11 @@ class _RepairSearch:
         edit. It costs none if it counts as a replacement together with an earlier insertion.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
-        path = self._states.compute_path(node.plan, node.path, node.first_unknown)
+        path = self._states.compute_plan_path(node.plan, node.path, node.first_unknown)
         if self._states.plan_succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
-        lacks = self._states.count_failed_steps_and_goals(rest, path[-1])
+        lacks = self._states.count_failed_steps_and_missed_goals(rest, path[-1])
         self._push_node(
             node._replace(
                 path=path,
@@ -524,7 +538,7 @@ class _RepairSearch:
                 min_edits=node.cost.count_min_edits_with_inserted_steps(1),
             )
         )
-        for position in find_positions_to_delete_without_cost(node.plan):
+        for position in find_positions_deletable_without_extra_edit(node.plan):
             if position < len(path):
                 self._push_node(self._make_deletion_node(node._replace(path=path, failures=lacks), position))
         return False
@@ -548,11 +562,13 @@ class _RepairSearch:
                 if child.min_repair_edits <= node.min_repair_edits:
                     self._push_node(child)
             elif actions:
-                max_cost = max(max_cost, self._queue_insertions_and_find_max_cost(node, position, actions))
+                max_cost = max(
+                    max_cost, self._queue_insertions_and_find_max_lower_bound(node, position, actions)
+                )
         if max_cost > node.min_repair_edits:
             self._add_to_queue(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
-    def _queue_insertions_and_find_max_cost(
+    def _queue_insertions_and_find_max_lower_bound(
         self, node: _PlanRepairNode, position: int, actions: Sequence[Action | None]
     ) -> int:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
@@ -572,7 +588,7 @@ class _RepairSearch:
         ranks: dict[int, int] = {}
         max_cost = 0
         for action in filter(None, actions):
-            lacked = node.missed_cuts & ~self._landmarks.get_mask_of_cuts_with_action(action)
+            lacked = node.missed_cuts_mask & ~self._landmarks.get_mask_of_cuts_with_action(action)
             rank = ranks.get(lacked, -1)
             if rank < 0:
                 missing_steps = self._landmarks.count_min_actions_for_cuts(lacked)
@@ -588,9 +604,11 @@ class _RepairSearch:
 
     def _make_deletion_node(self, node: _PlanRepairNode, position: int) -> _PlanRepairNode:
         plan, at = insert_or_delete_step(node.plan, position, None)
-        lacked = node.missed_cuts
+        lacked = node.missed_cuts_mask
         if self._landmarks.get_mask_of_cuts_with_action(node.plan[position].action):
-            lacked = self._landmarks.find_cuts_missed_by([e.action for e in plan if e.action is not None])
+            lacked = self._landmarks.get_mask_of_cuts_missed_by(
+                [e.action for e in plan if e.action is not None]
+            )
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_min_edits(self, node: _PlanRepairNode) -> _PlanRepairNode:
@@ -607,20 +625,32 @@ class _RepairSearch:
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.first_unknown < 0:
             landmarks.add_cuts_missed_by(steps, search_effort)
-        lacked = landmarks.find_cuts_missed_by(steps)
+        lacked = landmarks.get_mask_of_cuts_missed_by(steps)
         return node._replace(
-            missed_cuts=lacked,
+            missed_cuts_mask=lacked,
             known_cuts=len(landmarks.cuts),
             missing_steps=landmarks.count_min_actions_for_cuts(lacked),
         )
 
     def _make_child_node(
-        self, parent: _PlanRepairNode, plan: EditedPlan, first_changed: int, costs: EditCost, missed_cuts: int
+        self,
+        parent: _PlanRepairNode,
+        plan: EditedPlan,
+        first_changed: int,
+        costs: EditCost,
+        missed_cuts_mask: int,
     ) -> _PlanRepairNode:
         first_changed = min(first_changed, len(parent.path) - 1)
-        lacking = self._landmarks.count_min_actions_for_cuts(missed_cuts)
+        lacking = self._landmarks.count_min_actions_for_cuts(missed_cuts_mask)
         return _PlanRepairNode(
-            plan, parent.path, first_changed, parent.failures, costs, missed_cuts, parent.known_cuts, lacking
+            plan,
+            parent.path,
+            first_changed,
+            parent.failures,
+            costs,
+            missed_cuts_mask,
+            parent.known_cuts,
+            lacking,
         )
 
     def _is_useless_insertion(self, node: _PlanRepairNode, position: int, action: Action) -> bool:
