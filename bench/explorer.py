@@ -26,7 +26,7 @@ from eai.base.grouping import group_pairs
 from eai.base.store import DataPackStore
 from eai.cli.report import read_domain_data_for_explorer_page
 from eai.results.runs import find_record_files, read_runs
-from eai.studies.report.explorer import ExplorerData, ExplorerDomainData, build_explorer_page
+from eai.studies.report.explorer import DomainDataOfExplorerPage, ExplorerPageData, build_explorer_page
 
 _OPENINGS = 5
 _WATCH_FOR_FIRST_ANSWER = """
@@ -69,10 +69,10 @@ def main() -> None:
 
 
 def write_explorer(
-    records: Path, models: int, page: Path, background: Callable[[str], ExplorerDomainData]
+    records: Path, models: int, page: Path, background: Callable[[str], DomainDataOfExplorerPage]
 ) -> int:
     """Write the explorer of runs under new names, and return the number of answers."""
-    data, count = ExplorerData(background), 0
+    data, count = ExplorerPageData(background), 0
     files = group_pairs((read_suite(file), file) for file in find_record_files([records]))
     for of_suite in files.values():
         for number, file in enumerate(islice(cycle(of_suite), models)):

@@ -40,7 +40,7 @@ from eai.results.collector import reduce_garbage_collection
 from eai.results.responses import Response
 from eai.run.job import QuestionJob
 from eai.run.tasks import build_task, request_missing_answers
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source
 
@@ -105,7 +105,7 @@ def measure_parts(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, 
 
 def measure_asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """Return two times per sample in milliseconds: that of Inspect alone, and the time that `eai` adds."""
-    job = QuestionJob(Endpoint(MODEL), asked.suite, asked.prompts)
+    job = QuestionJob(ModelEndpoint(MODEL), asked.suite, asked.prompts)
     ask_with_inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.pddl.check import (
-    DeclaredNames,
+    PddlDeclarations,
     PddlFinding,
     PddlViolationKind,
     check_action,
@@ -23,7 +23,7 @@ def offences(
     precondition: str, effect: str = "(lit hall)", parameters: str = "(?p - person ?r - room)"
 ) -> set[str]:
     text = f"(:action a :parameters {parameters} :precondition {precondition} :effect {effect})"
-    findings = check_action(read_action(text), DeclaredNames.from_domain(DOMAIN))
+    findings = check_action(read_action(text), PddlDeclarations.from_domain(DOMAIN))
     return {f"{finding.offence.value} {finding.name}" for finding in findings}
 
 
@@ -71,13 +71,13 @@ def test_objects_of_a_problem_may_be_admitted() -> None:
         "(define (problem q) (:domain d) (:objects cellar - room) (:init) (:goal (lit cellar)))"
     )
     action = read_action("(:action a :parameters () :effect (lit cellar))")
-    assert check_action(action, DeclaredNames.from_domain(DOMAIN)) != ()
-    assert check_action(action, DeclaredNames.from_domain(DOMAIN, problem.objects)) == ()
+    assert check_action(action, PddlDeclarations.from_domain(DOMAIN)) != ()
+    assert check_action(action, PddlDeclarations.from_domain(DOMAIN, problem.objects)) == ()
 
 
 def test_a_finding_stands_there_once_and_says_where() -> None:
     action = read_action("(:action go :precondition (and (dark) (dark)) :effect (dark))")
-    assert check_action(action, DeclaredNames.from_domain(DOMAIN)) == (
+    assert check_action(action, PddlDeclarations.from_domain(DOMAIN)) == (
         PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "dark", "precondition of go"),
         PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "dark", "effect of go"),
     )

@@ -19,7 +19,7 @@ from eai.base.store import DataPackStore
 from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
-from eai.pddl.check import DeclaredNames, check_action
+from eai.pddl.check import PddlDeclarations, check_action
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, hold_permit_to_call_planner, measure_machine_memory_mib
 from eai.pddl.planning import PlannerOutcome, PlanningTask
@@ -187,7 +187,9 @@ def full_task(task: TransitionTask) -> PlanningTask:
     """Return the problem of a task with all operators of its domain that PDDL permits."""
     header = task.domain.header
     operators = [read_action(text.write_pddl) for text in task.domain.operators.values()]
-    allowed = tuple([each for each in operators if not check_action(each, DeclaredNames.from_domain(header))])
+    allowed = tuple(
+        [each for each in operators if not check_action(each, PddlDeclarations.from_domain(header))]
+    )
     return PlanningTask(replace(header, actions=allowed), task.problem)
 
 

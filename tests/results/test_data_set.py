@@ -16,7 +16,7 @@ from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.results.data_set import _DataSetStatistic, compute_data_set_statistics, profile_tasks
-from eai.studies.report.distributions import make_distributions
+from eai.studies.report.distributions import make_task_property_distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, use_tasks
 from eai.world.action import Action
@@ -77,7 +77,7 @@ def test_any_benchmark_has_a_table() -> None:
 
 
 def test_distributions_count_only_tasks_with_goals() -> None:
-    found = {each.name: dict(each.counts) for each in make_distributions(TOY, Source())}
+    found = {each.name: dict(each.counts) for each in make_task_property_distributions(TOY, Source())}
     assert found["annotated_steps"] == {4: 1}
     assert found["goal_options"] == {1: 1, 2: 1}
     assert found["actions"] == {"GO": 3, "LIFT": 1}
@@ -91,7 +91,7 @@ def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
     }
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
-    assert make_distributions(Benchmark("none", DOMAIN, use_tasks()), Source()) == ()
+    assert make_task_property_distributions(Benchmark("none", DOMAIN, use_tasks()), Source()) == ()
 
 
 NOT_AS_PRINTED = {
@@ -224,7 +224,7 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: DataPackS
 def test_goal_options_by_decade_equal_the_papers_figure(data_store: DataPackStore) -> None:
     found = {
         each.name: each
-        for each in make_distributions(
+        for each in make_task_property_distributions(
             find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE)
         )
     }

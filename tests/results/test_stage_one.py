@@ -21,7 +21,11 @@ from eai.results.epochs import GoalsAndScenesStatedInPrompts
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.studies.pipeline.stage_one import make_goal_beliefs, read_goal_beliefs, read_interpretations
+from eai.studies.pipeline.stage_one import (
+    make_goals_for_prompts,
+    read_goals_for_prompts,
+    read_interpretations,
+)
 from eai.tasks.source import Source
 from experiments import experiment
 from record_files import write_records
@@ -38,7 +42,7 @@ def source(data_store: DataPackStore) -> Source:
 
 
 def believed(answer: str, source: Source) -> GoalsAndScenesStatedInPrompts:
-    return make_goal_beliefs(("m", {JARS: answer}), BEHAVIOR, source)
+    return make_goals_for_prompts(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
@@ -155,4 +159,4 @@ def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None
 
 def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="questions of transition_modeling state no goals"):
-        read_goal_beliefs(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)
+        read_goals_for_prompts(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)

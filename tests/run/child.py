@@ -26,7 +26,7 @@ from eai.run.log_scores import write_scores
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.run.tasks import request_missing_answers
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
 
@@ -81,7 +81,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     suite, model = asked.suite(), whom.model
     prompts = official_prompts(suite.domain, suite.ability)
     prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
-    endpoint = Endpoint(model, whom.arguments)
+    endpoint = ModelEndpoint(model, whom.arguments)
     job = QuestionJob(endpoint, suite, prompts, whom.epochs)
     answers = request_missing_answers(job, folder / "answers.jsonl", folder / "logs")
     result = score_answers(answers, folder, suite, ScoringOptions())

@@ -16,7 +16,7 @@ from eai.base.errors import EaiError, InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.epochs import ModelAnswers
 from eai.run.job import DecodingOptions, QuestionJob, RequestOptions
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import own_process
 from run.child import obtain_in_child
@@ -50,7 +50,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
         too_long: Literal["stop", "ask"] = "stop",
     ) -> ModelAnswers:
         job = QuestionJob(
-            Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
+            ModelEndpoint(model, {"max_retries": 1, "api_key": "none"}, url),
             open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
             {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or DecodingOptions(),

@@ -25,7 +25,7 @@ from eai.run.job import QuestionJob
 from eai.run.log_scores import write_scores
 from eai.run.scorer import make_score
 from eai.run.tasks import find_log
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from processes import own_process
 from run.child import obtain_with_logs_of
 from suites import official_prompts
@@ -40,7 +40,7 @@ def ask(
 ) -> tuple[QuestionJob, SuiteResult, Mapping[str, Path]]:
     """Ask a built-in model, and return the job, its result and its logs without scores."""
     prompts = dict(list(official_prompts(*SUITE, store).items())[:TASKS])
-    endpoint = Endpoint("eai/noisy", {"rate": 0.5})
+    endpoint = ModelEndpoint("eai/noisy", {"rate": 0.5})
     job = QuestionJob(endpoint, open_suite(*SUITE), prompts, EPOCHS)
     with own_process() as process:
         places = folder / "answers.jsonl", folder / "logs"

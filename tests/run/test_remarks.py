@@ -15,7 +15,7 @@ from eai.benchmarks.suite import open_suite
 from eai.results.trials import Answer
 from eai.run.job import DecodingOptions, QuestionJob
 from eai.run.remarks import describe_unfulfilled_requests
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import eai
 from run.server import Reply, serve
@@ -26,7 +26,7 @@ GOOD, OTHER = '{"output": "(:action walk)"}', "Here it is: (:action walk)"
 @pytest.fixture
 def job() -> QuestionJob:
     suite = open_suite("virtualhome", Ability.TRANSITION_MODELING)
-    return QuestionJob(Endpoint("openai/gpt-4o"), suite, {"27_2": Prompt("word " * 2000)})
+    return QuestionJob(ModelEndpoint("openai/gpt-4o"), suite, {"27_2": Prompt("word " * 2000)})
 
 
 def answer(text: str, tokens: int | None = None, stop_reason: str = "stop") -> Answer:
@@ -67,7 +67,7 @@ def test_a_prompt_with_far_too_few_tokens_was_cut_off(
 
 
 def test_the_word_counts_of_a_built_in_model_are_no_sign_of_cut_prompts(job: QuestionJob) -> None:
-    job = replace(job, endpoint=Endpoint("eai/noisy"))
+    job = replace(job, endpoint=ModelEndpoint("eai/noisy"))
     assert describe_unfulfilled_requests(job, {("27_2", 1): answer(GOOD, 300)}) == ()
 
 

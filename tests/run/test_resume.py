@@ -17,7 +17,7 @@ from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.run.job import QuestionJob
 from eai.run.tasks import request_missing_answers
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from processes import Command
 from run.hindrances import interrupt_at
 from run.server import Reply, serve
@@ -113,6 +113,6 @@ def test_a_run_interrupted_before_its_first_question_says_how_to_resume(
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
-    job = QuestionJob(Endpoint("eai/oracle"), open_suite(*SUITE), prompts)
+    job = QuestionJob(ModelEndpoint("eai/oracle"), open_suite(*SUITE), prompts)
     with pytest.raises(EaiError, match="interrupted; the same command resumes from here"):
         request_missing_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")

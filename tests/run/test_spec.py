@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from eai.base.errors import InputError
 from eai.base.files import read_toml
 from eai.run.spec import RunSpec, find_study_of_option, read_spec, save_spec
-from eai.studies.perception.choice import SceneOptions
+from eai.studies.perception.choice import ScenePresentationOptions
 from eai.studies.perception.noise import PerceptionNoise
 from eai.studies.registry import list_studies_with_run_options
 
@@ -59,7 +59,7 @@ def test_a_specification_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert spec.tasks.limit == 3
     assert not spec.generation.stop
     perception = spec.studies["perception"]
-    assert isinstance(perception, SceneOptions)
+    assert isinstance(perception, ScenePresentationOptions)
     assert perception.noise == PerceptionNoise(missing=0.1, seed=2)
     file = save_spec(spec, tmp_path)
     assert file == tmp_path / "run.toml"

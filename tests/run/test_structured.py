@@ -14,7 +14,7 @@ from by_path import ROOT
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.suite import open_suite
 from eai.run.job import DecodingOptions, QuestionJob
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import eai
 from run.server import Reply, serve
@@ -49,7 +49,7 @@ def test_answers_with_and_without_a_schema_are_different_requests(
 def test_another_schema_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
     """The schema may be of another version, or of a domain whose words have changed since."""
     free = QuestionJob(
-        Endpoint("openai/gpt-4o"),
+        ModelEndpoint("openai/gpt-4o"),
         open_suite("virtualhome", Ability.TRANSITION_MODELING),
         {"27_2": Prompt("What does WALK need?")},
     )

@@ -15,7 +15,7 @@ from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, Endpoint, StageBeforeQuestions, VariationOptions
+from eai.studies.variation import AskModel, ModelEndpoint, StageThatObtainsGoalsOrScenes, VariationOptions
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask
 
@@ -37,12 +37,14 @@ class Limit(VariationOptions):
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
         return "scene"
 
-    def make_stage_that_obtains_beliefs(
+    def make_stage_that_obtains_goals_or_scenes(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> StageBeforeQuestions:
-        return StageBeforeQuestions(library, wanted, ask, self._limited)
+    ) -> StageThatObtainsGoalsOrScenes:
+        return StageThatObtainsGoalsOrScenes(library, wanted, ask, self._limited)
 
-    def _limited(self, _: StageBeforeQuestions, __: Endpoint, suite: Suite) -> GoalsAndScenesStatedInPrompts:
+    def _limited(
+        self, _: StageThatObtainsGoalsOrScenes, __: ModelEndpoint, suite: Suite
+    ) -> GoalsAndScenesStatedInPrompts:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
         return GoalsAndScenesStatedInPrompts(beliefs, Experiment(), "there is no such task")

@@ -10,7 +10,7 @@ import pytest
 from eai.base.store import DataPackStore
 from eai.results.lines import AnswerLine
 from eai.results.tidy import TidyTables
-from eai.studies.errors.overview import draw_outcome_flows, make_outcome_counts_table
+from eai.studies.errors.overview import draw_sankey_diagrams_of_outcomes, make_outcome_counts_table
 from eai.tasks.source import Source
 from studies.report.samples import action_run, goal_run
 
@@ -36,7 +36,7 @@ def test_the_figure_names_worlds_abilities_outcomes_and_additional_steps(tmp_pat
     pytest.importorskip("matplotlib")
     given = answers(tmp_path)
     given.append(replace(given[0], task="another", outcome="success", additional_steps=2))
-    ((name, figure),) = draw_outcome_flows(make_outcome_counts_table(given))
+    ((name, figure),) = draw_sankey_diagrams_of_outcomes(make_outcome_counts_table(given))
     assert name == "flow-all-strict"
     assert figure is not None
     texts = [text.get_text() for text in figure.axes[0].texts]
@@ -47,4 +47,4 @@ def test_the_figure_names_worlds_abilities_outcomes_and_additional_steps(tmp_pat
 
 def test_a_single_suite_has_no_flow_figure(tmp_path: Path) -> None:
     plans = [each for each in answers(tmp_path) if each.ability == "action_sequencing"]
-    assert list(draw_outcome_flows(make_outcome_counts_table(plans))) == []
+    assert list(draw_sankey_diagrams_of_outcomes(make_outcome_counts_table(plans))) == []

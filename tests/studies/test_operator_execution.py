@@ -21,7 +21,7 @@ from eai.studies.pipeline.operator_execution import (
     SUCCESS,
     UNTRANSLATED,
     OperatorTestOutcome,
-    _OperatorTesterInWorld,
+    _OperatorTesterByPlanExecution,
 )
 from eai.tasks.source import Source
 from results.verdicts import record
@@ -54,7 +54,7 @@ def find_outcome(
     planner: PlannerChoice = PlannerChoice.BUILT_IN,
 ) -> OperatorTestOutcome | None:
     """The outcome of the test of operators, as an answer that scoring judges first."""
-    tester = _OperatorTesterInWorld.open_operator_tester(name, Source(store, planner=planner))
+    tester = _OperatorTesterByPlanExecution.open_operator_tester(name, Source(store, planner=planner))
     answer = json.dumps({"output": written})
     verdict = tester.operators.score(task_id, answer)
     assert isinstance(verdict, OperatorVerdict)
@@ -79,7 +79,7 @@ def test_the_true_operators_succeed_or_fail_at_a_stage(
     data_store: DataPackStore, name: str, task_id: str, expected: OperatorTestOutcome | None
 ) -> None:
     assert find_outcome(name, data_store, task_id, operators(name, data_store, task_id)) == expected
-    tester = _OperatorTesterInWorld.open_operator_tester(
+    tester = _OperatorTesterByPlanExecution.open_operator_tester(
         name, Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
     assert tester.find_outcome_of_gold_operator_test(task_id) == expected
@@ -139,7 +139,7 @@ def test_operators_without_a_planner_have_no_outcome(data_store: DataPackStore) 
 def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(
     data_store: DataPackStore, answer: str
 ) -> None:
-    tester = _OperatorTesterInWorld.open_operator_tester(
+    tester = _OperatorTesterByPlanExecution.open_operator_tester(
         "virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
     text = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)[FOOD].text

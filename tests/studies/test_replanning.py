@@ -69,7 +69,7 @@ def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> Non
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
     untold, told = group_runs_by_replanning_options([TOLD, UNTOLD])  # the control comes first
-    assert (untold.options_label, told.options_label) == (
+    assert (untold.label_of_chosen_options, told.label_of_chosen_options) == (
         "replans-2-restart-none",
         "replans-2-restart-explained",
     )

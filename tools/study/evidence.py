@@ -23,7 +23,7 @@ from eai.results.totals import RunTotals
 from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.studies.sensitivity.study import (
     OperatorReplacementTrial,
-    group_cases_by_operator,
+    group_successes_by_operator_and_category,
     replace_gold_operators_one_by_one,
 )
 from eai.tasks.share import Share
@@ -128,7 +128,7 @@ class Evidence:
         trials = [trial for model in models for trial in self.trials(domain, model)]
         return {
             key: compute_rate(case.share for case in cases)
-            for key, cases in group_cases_by_operator(trials).items()
+            for key, cases in group_successes_by_operator_and_category(trials).items()
         }
 
     def trials(self, domain: str, model: str) -> list[OperatorReplacementTrial]:

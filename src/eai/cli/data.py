@@ -31,7 +31,7 @@ from eai.results.data_set import compute_data_set_statistics, make_statistics_ta
 from eai.results.table import Column, Table
 from eai.results.table_files import format_rows_as_csv, write_files
 from eai.results.terminal import print_table
-from eai.studies.report.distributions import make_distributions, write_distribution_plots
+from eai.studies.report.distributions import make_task_property_distributions, write_distribution_plots
 from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(no_args_is_help=True)
@@ -183,7 +183,7 @@ def _make_number_column(name: str) -> Column:
 
 def _write_task_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write and plot the distributions of steps, goals and actions in the tasks: the count of each value."""
-    shapes = make_distributions(benchmark, source)
+    shapes = make_task_property_distributions(benchmark, source)
     rows = [
         {"distribution": each.name, "value": value, "of": each.unit, "count": count}
         for each in shapes

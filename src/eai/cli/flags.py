@@ -23,7 +23,7 @@ from eai.results.answer_files import find_response_file_of_suite
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
 from eai.run.spec import RunSpec, get_default_text_by_option, get_options_by_section, read_spec
 from eai.studies.registry import list_studies_with_run_options
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 
 FLAGS = {
     "model": "model.name",
@@ -180,7 +180,7 @@ def check_captioning_model(model: str) -> None:
         raise InputError(f"perception.scene_model {model}: {expected}")
 
 
-def check_replayed_files_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+def check_replayed_files_match_suites(endpoints: Sequence[ModelEndpoint], suites: Sequence[Suite]) -> None:
     """Raise if answers are replayed from files, and a suite lacks a file of its own.
 
     A suite is an ability in a benchmark.

@@ -34,14 +34,14 @@ from eai.results.table import Table, format_superscript
 from eai.results.terminal import print_table
 from eai.studies.report.document import make_remark_on_missing_task_names
 from eai.studies.report.explorer import (
-    ExplorerData,
-    ExplorerDomainData,
+    DomainDataOfExplorerPage,
+    ExplorerPageData,
     build_explorer_page,
     make_film_file_name,
 )
 from eai.studies.report.plots import add_plots_to_report
 from eai.studies.report.rankings import Ranking, make_rankings
-from eai.studies.report.run_summary import RunSummary, select_standard_runs, summarize_run
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change, summarize_run
 from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report_and_count_tables
 from eai.tasks.source import Source
 
@@ -99,7 +99,7 @@ def report(
     told = partial(
         read_domain_data_for_explorer_page, open_store(data), own, out, prompts=prompts, pictures=pictures
     )
-    explorer, summaries = ExplorerData(told), list[RunSummary]()
+    explorer, summaries = ExplorerPageData(told), list[RunSummary]()
     files = len(find_record_files(records))
     with show_scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
@@ -107,7 +107,7 @@ def report(
             explorer.add_run(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.sort_key)
-    plain = select_standard_runs(summaries)
+    plain = select_runs_without_study_or_rule_change(summaries)
     tables = make_rankings(plain, with_paper=paper)
     with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -147,7 +147,7 @@ def read_domain_data_for_explorer_page(
     *,
     prompts: bool,
     pictures: bool,
-) -> ExplorerDomainData:
+) -> DomainDataOfExplorerPage:
     """Return information about a domain's tasks, from the installed data set or the user's own benchmark.
 
     Nothing is downloaded.
@@ -169,7 +169,7 @@ def read_domain_data_for_explorer_page(
     words = (
         _collect_texts_for_explorer_page(own_benchmarks.get(domain) or find_benchmark(domain), source)
         if prompts and known
-        else ExplorerDomainData()
+        else DomainDataOfExplorerPage()
     )
     if (out / _FILMS).is_dir():
         words = replace(words, find_film=partial(_find_animation_path, out))
@@ -186,7 +186,7 @@ def _find_animation_path(out: Path, record: Record) -> str:
     return address if (out / address).is_file() else ""
 
 
-def _collect_texts_for_explorer_page(benchmark: Benchmark, store: DataPackStore) -> ExplorerDomainData:
+def _collect_texts_for_explorer_page(benchmark: Benchmark, store: DataPackStore) -> DomainDataOfExplorerPage:
     """Return the prompts and operators of a benchmark for the page ``explorer.html``.
 
     Texts that are not available are left out.
@@ -203,7 +203,7 @@ def _collect_texts_for_explorer_page(benchmark: Benchmark, store: DataPackStore)
         tasks = benchmark.operator_tasks(source).values()
         operators = {name: text.write_pddl for task in tasks for name, text in task.domain.operators.items()}
     instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
-    return ExplorerDomainData(prompts, operators, instructions)
+    return DomainDataOfExplorerPage(prompts, operators, instructions)
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
@@ -212,7 +212,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         summarize_run(recount_goals_as_in_paper(run) if paper else run) for run in read_runs(records)
     ]
     summaries.sort(key=lambda item: item.key.sort_key)
-    ranked = select_standard_runs(summaries)
+    ranked = select_runs_without_study_or_rule_change(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
     tables = [table for table in make_rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:

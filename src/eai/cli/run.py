@@ -44,7 +44,7 @@ from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
 from eai.studies.registry import add_study_summaries
-from eai.studies.variation import Endpoint, StageBeforeQuestions
+from eai.studies.variation import ModelEndpoint, StageThatObtainsGoalsOrScenes
 from eai.tasks.prompts.prompt import Prompt, PromptSet, make_compact_prompt_mapping
 from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
@@ -215,7 +215,7 @@ def _make_compact_prompts_by_task_id(
 
 
 def _leave_out_long_tasks(
-    request: _RunRequest, endpoint: Endpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+    request: _RunRequest, endpoint: ModelEndpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> Sequence[Mapping[str, Prompt]]:
     """Return the prompts of suites (abilities in benchmarks) without tasks that exceed the model's context.
 
@@ -271,7 +271,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
 
 def _make_stage_that_asks_for_goals_or_scenes(
     request: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
-) -> StageBeforeQuestions | None:
+) -> StageThatObtainsGoalsOrScenes | None:
     """Return the first part of a run, in which a model interprets goals or perceives scenes.
 
     Return None if the run has no such part.
@@ -282,7 +282,7 @@ def _make_stage_that_asks_for_goals_or_scenes(
     ask, variation = partial(_request_answers_and_score, request), request.spec.combined_options_of_studies
     if variation.captioning_model is not None:
         flags.check_captioning_model(variation.captioning_model)
-    return variation.make_stage_that_obtains_beliefs(request.library, wanted, ask)
+    return variation.make_stage_that_obtains_goals_or_scenes(request.library, wanted, ask)
 
 
 def _print_number_of_corrected_questions(
@@ -297,10 +297,10 @@ def _print_number_of_corrected_questions(
 
 def _request_answers_and_score(
     request: _RunRequest,
-    endpoint: Endpoint,
+    endpoint: ModelEndpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    first: StageBeforeQuestions | None = None,
+    first: StageThatObtainsGoalsOrScenes | None = None,
     epochs: int | None = None,
     *,
     studied: bool = False,
@@ -318,7 +318,11 @@ def _request_answers_and_score(
     from eai.run.tasks import combine_experiments, make_suite_conversations, request_missing_answers
 
     spec, epochs = request.spec, epochs or request.spec.tasks.epochs
-    asked, beliefs = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
+    asked, beliefs = (
+        (prompts, None)
+        if first is None
+        else first.make_prompts_with_goals_and_scenes(endpoint, prompts, suite)
+    )
     about = {} if beliefs is None else beliefs.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
@@ -434,7 +438,7 @@ def _describe_answers_and_cost(result: SuiteResult) -> str:
 
 def _ask_until_ability_estimate_is_precise(
     request: _RunRequest,
-    endpoint: Endpoint,
+    endpoint: ModelEndpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
     ask_in_rounds: Callable[..., tuple[SuiteResult, str]],

@@ -227,9 +227,9 @@ def _check_options_with_shard_and_goals(
     if shard is not None and output_folder is None:
         raise InputError("--shard: also give --out, the folder in which the shards are merged")
     if goals_file is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import require_goals_in_questions
+        from eai.studies.pipeline.stage_one import require_ability_whose_questions_state_goals
 
-        require_goals_in_questions(ability)
+        require_ability_whose_questions_state_goals(ability)
 
 
 def _is_log_of_other_project(path: Path) -> bool:
@@ -415,10 +415,10 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
 
     beliefs, suite = None, job.suite
     if job.goals is not None:
-        from eai.studies.pipeline.stage_one import read_goal_beliefs
+        from eai.studies.pipeline.stage_one import read_goals_for_prompts
 
         goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
-        beliefs = replace(read_goal_beliefs(job.goals, *goals), beliefs={}, metadata={})
+        beliefs = replace(read_goals_for_prompts(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
         add_experiment_and_summaries_of_beliefs,
         beliefs=beliefs,

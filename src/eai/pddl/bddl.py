@@ -69,25 +69,27 @@ class _BddlReader:
         facts: list[tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]] = []
         goals: list[f.Formula] = []
         for token in ("(", "define", "("):
-            self._read_token(token)
-        self._read_token("problem", "'problem', as this is a domain" if self._is_next_token("domain") else "")
+            self._consume_required_token(token)
+        self._consume_required_token(
+            "problem", "'problem', as this is a domain" if self._is_next_token("domain") else ""
+        )
         name = self._read_word()
-        self._read_token(")")
+        self._consume_required_token(")")
         while self._read_list_end_unless_sublist_opens():
             match self._read_section_keyword():
                 case ":domain":
                     domains.append(self._read_word())
-                    self._read_token(")")
+                    self._consume_required_token(")")
                 case ":objects":
                     objects.append(self._read_declarations())
                 case ":init":
-                    facts.append(self._read_facts())
+                    facts.append(self._read_atoms_and_negated_atoms())
                 case ":goal":
                     goals.append(self._read_condition())
-                    self._read_token(")")
+                    self._consume_required_token(")")
                 case _:
                     self._read_arguments()
-        self._read_token(_END, "the end")
+        self._consume_required_token(_END, "the end")
         for section, sections in (
             ("domain", domains),
             ("objects", objects),
@@ -101,7 +103,7 @@ class _BddlReader:
 
     def _read_section_keyword(self) -> str:
         """Read the keyword at the beginning of a section, such as ``:init``."""
-        self._read_token("(")
+        self._consume_required_token("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
             raise self._make_error(
@@ -122,7 +124,7 @@ class _BddlReader:
                 names.append(self._read_declared_name("a name or '-'"))
             category = self._read_category()
             declarations += [TypedName(name, category) for name in names]
-        self._read_token(")")
+        self._consume_required_token(")")
         return tuple(declarations)
 
     def _read_declared_name(self, expected: str) -> str:
@@ -138,13 +140,13 @@ class _BddlReader:
         if len(token) > 1 and token.startswith("-"):
             self._next += 1
             return _strip_question_marks(token[1:])
-        self._read_token("-")
+        self._consume_required_token("-")
         return self._read_word()
 
     def _is_next_token(self, token: str) -> bool:
         return self._tokens[self._next] == token
 
-    def _read_facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
+    def _read_atoms_and_negated_atoms(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Read facts and the closing parenthesis; return the atoms and the negated atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
         while self._read_list_end_unless_sublist_opens():
@@ -174,7 +176,7 @@ class _BddlReader:
         """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
             raise self._make_error(expected=f"a condition with at most {MAX_FORMULA_DEPTH} levels of nesting")
-        self._read_token("(")
+        self._consume_required_token("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:
             self._next += 1
@@ -190,7 +192,7 @@ class _BddlReader:
             return (f.And if connective == "and" else f.Or)(self._read_conditions(scope, levels))
         first = self._read_condition(scope, levels)
         second = self._read_condition(scope, levels) if connective == "imply" else None
-        self._read_token(")")
+        self._consume_required_token(")")
         return f.Not(first) if second is None else f.Implies(first, second)
 
     def _read_quantifier(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
@@ -200,7 +202,7 @@ class _BddlReader:
         second = self._read_variable() if quantifier.endswith("pairs") else None
         bound = {variable.name} if second is None else {variable.name, second.name}
         body = self._read_condition(scope | bound, levels)
-        self._read_token(")")
+        self._consume_required_token(")")
         if second is not None:
             return f.ForPairs(variable, second, body, count)
         if count is not None:
@@ -208,21 +210,21 @@ class _BddlReader:
         return f.ForAll(variable, body) if quantifier == "forall" else f.Exists(variable, body)
 
     def _read_count(self) -> int:
-        self._read_token("(")
+        self._consume_required_token("(")
         digits = self._tokens[self._next]
         if not _COUNT.fullmatch(digits):
             raise self._make_error(expected="the number of objects")
         if len(digits) > MAX_COUNT_DIGITS:
             raise self._make_error(expected=f"a number of at most {MAX_COUNT_DIGITS} digits")
         self._next += 1
-        self._read_token(")")
+        self._consume_required_token(")")
         return int(digits)
 
     def _read_variable(self) -> f.Variable:
-        self._read_token("(")
+        self._consume_required_token("(")
         name = self._read_word()
         category = self._read_category()
-        self._read_token(")")
+        self._consume_required_token(")")
         return f.Variable(name, category)
 
     def _read_primitive(self, scope: frozenset[str]) -> f.Formula:
@@ -236,7 +238,7 @@ class _BddlReader:
         while self._tokens[self._next] not in _ENDS_OF_ARGUMENTS:
             self._next += 1
         words = [_strip_question_marks(token) for token in self._tokens[start : self._next]]
-        self._read_token(")", "a name or ')'")
+        self._consume_required_token(")", "a name or ')'")
         return words
 
     def _read_word(self, expected: str = "a name") -> str:
@@ -250,10 +252,10 @@ class _BddlReader:
         """Whether the next token opens a list. A closing parenthesis is consumed, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True
-        self._read_token(")", "'(' or ')'")
+        self._consume_required_token(")", "'(' or ')'")
         return False
 
-    def _read_token(self, token: str, expected: str = "") -> None:
+    def _consume_required_token(self, token: str, expected: str = "") -> None:
         """Read the expected token, or raise an error if another token stands here."""
         if self._tokens[self._next] != token:
             raise self._make_error(expected=expected or f"'{token}'")

@@ -105,7 +105,7 @@ TypeScope = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class DeclaredNames:
+class PddlDeclarations:
     """The declared names that a text may use.
 
     Attributes:
@@ -119,7 +119,7 @@ class DeclaredNames:
     constants: Mapping[str, str]
 
     @classmethod
-    def from_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> DeclaredNames:
+    def from_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> PddlDeclarations:
         """Return the declared names of a domain and, if given, of the objects of a problem."""
         return cls(
             parents=m.map_types_to_parents(domain.types),
@@ -131,7 +131,7 @@ class DeclaredNames:
         """Whether a type, or each type of an ``either``, is declared. The root type counts as declared."""
         return all(
             alternative == m.OBJECT or alternative in self.parents
-            for alternative in m.list_type_alternatives(name)
+            for alternative in m.list_alternatives_of_either_type(name)
         )
 
     def is_subtype(self, name: str, required: str) -> bool:
@@ -141,15 +141,15 @@ class DeclaredNames:
         """
         kinds = {
             kind
-            for alternative in m.list_type_alternatives(name)
+            for alternative in m.list_alternatives_of_either_type(name)
             for kind in m.list_supertypes(self.parents, alternative)
         }
-        return not kinds.isdisjoint(m.list_type_alternatives(required))
+        return not kinds.isdisjoint(m.list_alternatives_of_either_type(required))
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return all violations of a domain: in its declarations, then operator by operator."""
-    vocabulary = DeclaredNames.from_domain(domain)
+    vocabulary = PddlDeclarations.from_domain(domain)
     findings = [
         *_find_duplicate_names([item.name for item in domain.constants], ":constants"),
         *_find_duplicate_names([predicate.name for predicate in domain.predicates], "predicates"),
@@ -173,7 +173,7 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     return tuple(findings)
 
 
-def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlFinding, ...]:
+def check_action(action: m.PddlAction, vocabulary: PddlDeclarations) -> tuple[PddlFinding, ...]:
     """Return all violations of PDDL in an operator, such as undeclared names, in the order of the text.
 
     Each violation is listed once.
@@ -193,7 +193,7 @@ def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlF
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return each violation of PDDL in a problem once, such as a name that its domain does not declare."""
-    vocabulary = DeclaredNames.from_domain(domain, problem.objects)
+    vocabulary = PddlDeclarations.from_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
         *_find_duplicate_names([item.name for item in objects], "objects"),
@@ -219,7 +219,7 @@ VIOLATION_FIXABLE_BY_PROBLEM = PddlViolationKind.UNDECLARED_CONSTANT
 class _FormulaChecker:
     """Checks one formula or effect. `place` states in words where the formula or effect stands."""
 
-    vocabulary: DeclaredNames
+    vocabulary: PddlDeclarations
     place: str
 
     def check_formula(self, formula: f.Formula, scope: TypeScope) -> Iterator[PddlFinding]:
@@ -289,7 +289,7 @@ class _FormulaChecker:
 
 
 def _find_unknown_types(
-    variables: Iterable[f.Variable], vocabulary: DeclaredNames, place: str
+    variables: Iterable[f.Variable], vocabulary: PddlDeclarations, place: str
 ) -> Iterator[PddlFinding]:
     for variable in variables:
         if not vocabulary.has_type(m.get_variable_type(variable)):

@@ -108,7 +108,7 @@ class ConvertedPddlDomain:
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
     def _make_type_check(self, parameter: f.Variable) -> Check:
-        kinds = " or ".join(m.list_type_alternatives(m.get_variable_type(parameter)))
+        kinds = " or ".join(m.list_alternatives_of_either_type(m.get_variable_type(parameter)))
         return affordance(_make_type_condition(parameter), f"{{{parameter.name}}} is no {kinds}")
 
     def _make_precondition_check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
@@ -140,19 +140,23 @@ class ConvertedPddlDomain:
 
 def _make_type_condition(variable: f.Variable) -> f.Formula:
     """Return the condition that the value of a variable is of the variable's type."""
-    names = m.list_type_alternatives(m.get_variable_type(variable))
+    names = m.list_alternatives_of_either_type(m.get_variable_type(variable))
     return f.TRUE if m.OBJECT in names else is_a(f.Variable(variable.name), *names)
 
 
 def _replace_either_types_by_conditions(formula: f.Formula) -> f.Formula:
     """Return a formula whose quantifiers range over one type each; ``either`` types become conditions."""
     match formula:
-        case f.ForAll(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
+        case f.ForAll(variable, body) if (
+            len(m.list_alternatives_of_either_type(m.get_variable_type(variable))) > 1
+        ):
             kind = _make_type_condition(variable)
             return f.ForAll(
                 f.Variable(variable.name), f.Implies(kind, _replace_either_types_by_conditions(body))
             )
-        case f.Exists(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
+        case f.Exists(variable, body) if (
+            len(m.list_alternatives_of_either_type(m.get_variable_type(variable))) > 1
+        ):
             kind = _make_type_condition(variable)
             return f.Exists(
                 f.Variable(variable.name), f.And((kind, _replace_either_types_by_conditions(body)))

@@ -40,14 +40,14 @@ class DerivedPredicates:
         self.axioms: dict[str, list[m.PddlAxiom]] = {}
         for axiom in axioms:
             self.axioms.setdefault(axiom.name, []).append(axiom)
-        below = {name: self._find_dependencies(name) for name in self.axioms}
+        below = {name: self._find_derived_predicate_dependencies(name) for name in self.axioms}
         self.cycles = {
             name: tuple([other for other in below[name] if name in below[other]])
             for name in self.axioms
             if name in below[name]
         }
 
-    def _find_dependencies(self, predicate: str) -> tuple[str, ...]:
+    def _find_derived_predicate_dependencies(self, predicate: str) -> tuple[str, ...]:
         """Return the derived predicates on which a predicate depends.
 
         The predicate itself is among them only if it is recursive.
@@ -312,7 +312,7 @@ class PddlPlanExecutor:
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._objects[m.get_variable_type(parameter)]:
                 return f"{name} is no {m.get_variable_type(parameter)}"
-        evaluation = self._get_state_evaluation(state)
+        evaluation = self._get_condition_evaluator(state)
         binding = dict(zip([p.name for p in action.parameters], step.arguments, strict=True))
         if not evaluation.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
@@ -327,9 +327,9 @@ class PddlPlanExecutor:
         Raises:
             ValueError: a part of the formula has no PDDL form, or a variable is unbound.
         """
-        return self._get_state_evaluation(state).holds(formula, binding)
+        return self._get_condition_evaluator(state).holds(formula, binding)
 
-    def _get_state_evaluation(self, state: PddlState) -> _ConditionEvaluatorInState:
+    def _get_condition_evaluator(self, state: PddlState) -> _ConditionEvaluatorInState:
         """Return the evaluator of conditions in a state; the last evaluator is cached."""
         if self._last is None or self._last[0] is not state:
             self._last = state, _ConditionEvaluatorInState(state, self._derived, self._objects, self._looks)
@@ -353,7 +353,7 @@ def _find_changes(
                 yield from _find_changes(part, evaluation, binding)
         case m.ForAllEffect(variable, part):
             for inner in evaluation.generate_bindings(
-                variable, _find_necessary_change_condition(part, {variable.name}), binding
+                variable, _find_condition_needed_for_any_change(part, {variable.name}), binding
             ):
                 yield from _find_changes(part, evaluation, inner)
         case m.WhenEffect(condition, part):
@@ -361,13 +361,15 @@ def _find_changes(
                 yield from _find_changes(part, evaluation, binding)
 
 
-def _find_necessary_change_condition(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
+def _find_condition_needed_for_any_change(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
     """Return a condition that must hold if an effect changes anything, or true if none is found."""
     match effect:
         case m.WhenEffect(condition, part):
-            return f.And((condition, _find_necessary_change_condition(part, bound_names)))
+            return f.And((condition, _find_condition_needed_for_any_change(part, bound_names)))
         case m.ForAllEffect(variable, part) if variable.name not in bound_names:
-            return f.Exists(variable, _find_necessary_change_condition(part, bound_names | {variable.name}))
+            return f.Exists(
+                variable, _find_condition_needed_for_any_change(part, bound_names | {variable.name})
+            )
         case m.Delete(atom):
             return atom
         case _:

@@ -21,7 +21,7 @@ from eai.pddl.glossary import (
     PddlExportNames,
     PddlNames,
     conjoin,
-    find_unmentionable_predicates,
+    find_predicates_forbidden_in_prompts,
     remove_hidden_predicates,
 )
 from eai.pddl.ordered_effects import convert_to_simultaneous_effect
@@ -47,9 +47,9 @@ def _list_object_names_in_formulas(scene: Scene) -> list[str]:
     return keys
 
 
-def _get_object_order_predicate(glossary: PddlExportNames) -> str:
+def _get_precedes_predicate_name(glossary: PddlExportNames) -> str:
     """Return the PDDL predicate that compares two objects by their order in the scene."""
-    return glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
+    return glossary.make_precedes_atom(f.Variable("x"), f.Variable("y")).predicate
 
 
 def _export_problem(
@@ -110,7 +110,7 @@ def _export_initial_facts(
         )
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.uses_object_order:
-        order = _get_object_order_predicate(glossary)
+        order = _get_precedes_predicate_name(glossary)
         yield from ((order, (i, j)) for place, i in enumerate(indices) for j in indices[place + 1 :])
 
 
@@ -223,7 +223,9 @@ def export_problems(
     for problem in problems:
         glossary.add_types_of_objects(problem.initial.scene, problem.exported_objects_mask)
     hidden = (
-        frozenset[str]() if with_invisible_predicates else find_unmentionable_predicates(domain.vocabulary)
+        frozenset[str]()
+        if with_invisible_predicates
+        else find_predicates_forbidden_in_prompts(domain.vocabulary)
     )
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
@@ -266,7 +268,9 @@ def _export_goal(
     about = ConditionWriter(glossary, object_names=object_names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in problem.goals]
-    return conjoin([about.convert_formula(remove_hidden_predicates(goal, hidden), {}) for goal in goals])
+    return conjoin(
+        [about.convert_formula_to_pddl(remove_hidden_predicates(goal, hidden), {}) for goal in goals]
+    )
 
 
 def _export_operator(
@@ -274,14 +278,14 @@ def _export_operator(
 ) -> m.PddlAction:
     """Return the exported operator, without the effect of `_add_effect_that_records_execution`."""
     conditions = ConditionWriter(glossary)
-    scope = conditions.name_parameters(operator.parameters)
+    scope = conditions.map_parameters_to_pddl_variables(operator.parameters)
     asked = [check.condition for check in operator.checks]
     if operator.alternatives:
-        asked.append(_export_precondition_of_alternatives(operator))
+        asked.append(_make_precondition_from_alternatives(operator))
     with prefix_errors_with_location(f"operator {operator.name}", DomainError):
         precondition = conjoin(
             [
-                conditions.convert_formula(remove_hidden_predicates(condition, hidden), scope)
+                conditions.convert_formula_to_pddl(remove_hidden_predicates(condition, hidden), scope)
                 for condition in asked
             ]
         )
@@ -289,7 +293,7 @@ def _export_operator(
     return m.PddlAction(operator_names[operator.name], tuple(scope.values()), precondition, effect)
 
 
-def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
+def _make_precondition_from_alternatives(operator: Operator) -> f.Formula:
     """Return the condition that an alternative of an operator succeeds, or that no alternative is tried.
 
     An alternative is a way to act. It is tried if its own condition holds, and succeeds if its checks hold,
@@ -322,7 +326,7 @@ def _export_domain_header(
         glossary.execution_predicates.values(), 0
     )
     if glossary.uses_object_order:
-        arities[_get_object_order_predicate(glossary)] = 2
+        arities[_get_precedes_predicate_name(glossary)] = 2
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
@@ -364,6 +368,6 @@ def _export_axioms(glossary: PddlExportNames) -> Iterator[m.PddlAxiom]:
         for derived in rest:
             names_done.add(derived.name)
             conditions = ConditionWriter(glossary)
-            scope = conditions.name_parameters(derived.parameters)
-            condition = conditions.convert_formula(derived.definition, scope)
+            scope = conditions.map_parameters_to_pddl_variables(derived.parameters)
+            condition = conditions.convert_formula_to_pddl(derived.definition, scope)
             yield m.PddlAxiom(glossary.predicates[derived.name], tuple(scope.values()), condition)

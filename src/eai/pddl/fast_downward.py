@@ -174,9 +174,9 @@ class FastDownward:
 
     def _find_plan(self, task: PlanningTask, domain: str, problem: str) -> PlannerResult:
         with tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
-            return self._find_plan_in_folder(Path(folder), task, domain, problem)
+            return self._run_fast_downward_in_folder(Path(folder), task, domain, problem)
 
-    def _find_plan_in_folder(
+    def _run_fast_downward_in_folder(
         self, folder: Path, task: PlanningTask, domain: str, problem: str
     ) -> PlannerResult:
         (folder / "domain.pddl").write_text(domain)

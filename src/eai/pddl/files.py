@@ -17,7 +17,7 @@ from eai.base.files import read_content
 from eai.logic.signature import find_line_and_column
 from eai.pddl.check import (
     VIOLATION_FIXABLE_BY_PROBLEM,
-    DeclaredNames,
+    PddlDeclarations,
     PddlError,
     PddlFinding,
     PddlViolationKind,
@@ -111,7 +111,7 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
         findings = [
             finding for finding in check_domain(domain) if finding.offence is not VIOLATION_FIXABLE_BY_PROBLEM
         ]
-        raise_for_findings(text, group, findings, DeclaredNames.from_domain(domain))
+        raise_for_findings(text, group, findings, PddlDeclarations.from_domain(domain))
     return domain
 
 
@@ -145,7 +145,7 @@ def read_problem_text(
         _require_supported_pddl(text, group, "problem", [each.name for each in domain.predicates])
         reader = PddlReader(text, is_file=True)
         problem = reader.read_problem_definition(_remove_costs(group))
-        vocabulary = DeclaredNames.from_domain(domain, problem.objects)
+        vocabulary = PddlDeclarations.from_domain(domain, problem.objects)
         if problem.domain != domain.name:
             is_refused = domain_file is not None and problem.domain
             findings = check_problem(problem, domain)
@@ -167,7 +167,7 @@ def read_problem_text(
 
 
 def _check_argument_types(
-    text: str, reader: PddlReader, group: ExpressionList, scope: TypeScope, vocabulary: DeclaredNames
+    text: str, reader: PddlReader, group: ExpressionList, scope: TypeScope, vocabulary: PddlDeclarations
 ) -> None:
     """Raise an error if an argument of a fact or goal has another type than its predicate declares.
 
@@ -212,7 +212,7 @@ def _check_constant_types(
             if domain_file is not None:
                 finding = PddlFinding(VIOLATION_FIXABLE_BY_PROBLEM, item.name, ":constants")
                 offset = find_offset_of_finding(
-                    finding, _read_first_definition(domain_file[1]), DeclaredNames.from_domain(domain)
+                    finding, _read_first_definition(domain_file[1]), PddlDeclarations.from_domain(domain)
                 )
                 where = f"of {domain_file[0]}, line {find_line_and_column(domain_file[1], offset)[0]}"
             expected = f"{_write_typed_name(constant)}, as among the constants {where},"
@@ -220,7 +220,7 @@ def _check_constant_types(
             finding = PddlFinding(VIOLATION_FIXABLE_BY_PROBLEM, item.name, ":objects")
             raise make_pddl_error(
                 text,
-                find_offset_of_finding(finding, group, DeclaredNames.from_domain(domain)),
+                find_offset_of_finding(finding, group, PddlDeclarations.from_domain(domain)),
                 PddlViolationKind.DUPLICATE,
                 expected,
             )
@@ -274,15 +274,15 @@ def _read_definition(text: str, kind: str) -> ExpressionList:
 
 def is_domain_file(path: Path) -> bool:
     """Whether a file in PDDL or BDDL defines a domain, and nothing else."""
-    return _read_definition_kinds(path) == ["domain"]
+    return _read_domain_or_problem_keywords(path) == ["domain"]
 
 
 def begins_with_domain_definition(path: Path) -> bool:
     """Whether the first definition in a file defines a domain."""
-    return _read_definition_kinds(path)[:1] == ["domain"]
+    return _read_domain_or_problem_keywords(path)[:1] == ["domain"]
 
 
-def _read_definition_kinds(path: Path) -> list[str]:
+def _read_domain_or_problem_keywords(path: Path) -> list[str]:
     """Return the kinds of a file's definitions, ``domain`` or ``problem``; empty if it cannot be read."""
     try:
         text = read_text(path)
@@ -382,7 +382,7 @@ def _walk_nested_lists(group: ExpressionList) -> Iterator[ExpressionList]:
 
 
 def raise_for_findings(
-    text: str, definition: ExpressionList, findings: Sequence[PddlFinding], vocabulary: DeclaredNames
+    text: str, definition: ExpressionList, findings: Sequence[PddlFinding], vocabulary: PddlDeclarations
 ) -> None:
     """Raise an error for the first finding that stops a planner, with its position in the text.
 

@@ -225,7 +225,7 @@ class PddlExportNames:
         """Return the predicate without arguments which states that the operator was executed."""
         return self.execution_predicates.setdefault(operator, self.predicates[f"done-{operator}"])
 
-    def make_lower_index_atom(self, first: f.Term, second: f.Term) -> f.Atom:
+    def make_precedes_atom(self, first: f.Term, second: f.Term) -> f.Atom:
         """Return the atom which states that the first object has the lower index in the scene."""
         self.uses_object_order = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))
@@ -251,7 +251,7 @@ class ConditionWriter:
         self._count = 0
         self._scene = scene
 
-    def name_parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
+    def map_parameters_to_pddl_variables(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
         """Return a mapping from the names of parameters to their PDDL variables, in order."""
         return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
@@ -263,7 +263,7 @@ class ConditionWriter:
             name = f"{preferred_name}{self._count}"
         return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
-    def convert_term(self, term: f.Term, scope: TermScope) -> f.Term:
+    def convert_term_to_pddl(self, term: f.Term, scope: TermScope) -> f.Term:
         """Return a variable or constant in PDDL.
 
         Raises:
@@ -275,7 +275,7 @@ class ConditionWriter:
             raise DomainError(f"variable {term.name} is not bound: make it a parameter, or quantify over it")
         return scope[term.name]
 
-    def convert_formula(self, formula: f.Formula, scope: TermScope) -> f.Formula:
+    def convert_formula_to_pddl(self, formula: f.Formula, scope: TermScope) -> f.Formula:
         """Return a state formula as a condition of PDDL.
 
         Raises:
@@ -283,37 +283,43 @@ class ConditionWriter:
         """
         match formula:
             case f.Atom(predicate, arguments):
-                terms = tuple([self.convert_term(term, scope) for term in arguments])
+                terms = tuple([self.convert_term_to_pddl(term, scope) for term in arguments])
                 return f.Atom(self.glossary.register_predicate(predicate), terms)
             case f.Occurs(action):
                 return f.Atom(self.glossary.register_execution_predicate(action), ())
             case f.Equals(left, right):
-                return make_equality(self.convert_term(left, scope), self.convert_term(right, scope))
+                return make_equality(
+                    self.convert_term_to_pddl(left, scope), self.convert_term_to_pddl(right, scope)
+                )
             case f.Not(operand):
-                return negate(self.convert_formula(operand, scope))
+                return negate(self.convert_formula_to_pddl(operand, scope))
             case f.And(operands):
-                return conjoin([self.convert_formula(operand, scope) for operand in operands])
+                return conjoin([self.convert_formula_to_pddl(operand, scope) for operand in operands])
             case f.Or(operands):
-                return disjoin([self.convert_formula(operand, scope) for operand in operands])
+                return disjoin([self.convert_formula_to_pddl(operand, scope) for operand in operands])
             case f.Implies(premise, conclusion):
                 return disjoin(
-                    [negate(self.convert_formula(premise, scope)), self.convert_formula(conclusion, scope)]
+                    [
+                        negate(self.convert_formula_to_pddl(premise, scope)),
+                        self.convert_formula_to_pddl(conclusion, scope),
+                    ]
                 )
             case f.Exists(f.Variable(name, str(category)), f.Equals(left, right)) if (
                 f.Variable(name) in (left, right) and left != right
             ):
                 other = right if left == f.Variable(name) else left
                 return f.Atom(
-                    self.glossary.register_category_predicate(category), (self.convert_term(other, scope),)
+                    self.glossary.register_category_predicate(category),
+                    (self.convert_term_to_pddl(other, scope),),
                 )
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 bound = self.make_unused_variable(variable.name, variable.category)
-                inner = self.convert_formula(body, {**scope, variable.name: f.Variable(bound.name)})
+                inner = self.convert_formula_to_pddl(body, {**scope, variable.name: f.Variable(bound.name)})
                 return type(formula)(bound, inner)
             case f.Exactly(count, variable, body):
                 return self._convert_exact_count(count, variable, body, scope)
             case f.ForPairs():
-                return self._convert_pairs(formula, scope)
+                return self._convert_for_pairs_to_ordinary_quantifiers(formula, scope)
             case _:
                 raise DomainError(
                     f"{type(formula).__name__} is not a condition on one state: write a formula without"
@@ -328,16 +334,16 @@ class ConditionWriter:
             return f.FALSE
         chosen = [self.make_unused_variable(variable.name, variable.category) for _ in range(count)]
         terms: list[f.Term] = [f.Variable(variable_of_term.name) for variable_of_term in chosen]
-        met = [self.convert_formula(body, {**scope, variable.name: term}) for term in terms]
+        met = [self.convert_formula_to_pddl(body, {**scope, variable.name: term}) for term in terms]
         other = self.make_unused_variable(variable.name, variable.category)
-        rest = self.convert_formula(body, {**scope, variable.name: f.Variable(other.name)})
+        rest = self.convert_formula_to_pddl(body, {**scope, variable.name: f.Variable(other.name)})
         among = [make_equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjoin([negate(rest), *among]))
         return wrap_in_quantifiers(
             f.Exists, chosen, conjoin([*met, *_make_pairwise_difference_conditions(terms), only])
         )
 
-    def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
+    def _convert_for_pairs_to_ordinary_quantifiers(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return a `ForPairs` formula as a condition with ordinary quantifiers.
 
         The condition states that a number of pairs exist which satisfy the body of the formula. The two
@@ -364,7 +370,7 @@ class ConditionWriter:
         parts: list[f.Formula] = [] if not chosen else list(_make_pairwise_difference_conditions(members))
         for one, other in zip(members, terms, strict=True):
             parts.append(negate(make_equality(one, other)))
-            parts.append(self.convert_formula(body, {**scope, smaller.name: one, larger.name: other}))
+            parts.append(self.convert_formula_to_pddl(body, {**scope, smaller.name: one, larger.name: other}))
         return wrap_in_quantifiers(
             f.Exists, [*chosen, *partners], conjoin([*parts, *_make_pairwise_difference_conditions(terms)])
         )
@@ -376,7 +382,7 @@ def _make_pairwise_difference_conditions(terms: Sequence[f.Term]) -> Iterator[f.
             yield negate(make_equality(one, other))
 
 
-def find_unmentionable_predicates(vocabulary: Vocabulary) -> frozenset[str]:
+def find_predicates_forbidden_in_prompts(vocabulary: Vocabulary) -> frozenset[str]:
     """Return the predicates that prompts and answers must not mention.
 
     These are the invisible predicates (`Predicate.visible`), and the predicates derived from them.

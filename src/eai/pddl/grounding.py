@@ -397,7 +397,7 @@ class GroundProblem:
         self.goal = self._find_needed_literals(goal)
         self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = map_bits_to_mask_indices([action.needs for action in self.actions])
+        self._needing = map_bits_to_indices_of_containing_masks([action.needs for action in self.actions])
         self._price = estimate_cost_of_condition_lookup(len(self.actions)) * len(self._needing)
 
     def _compile_action(self, action: _GroundAction) -> _ActionAsLiteralMasks:
@@ -412,12 +412,12 @@ class GroundProblem:
         """Return the literals that a condition needs, as a bit mask."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
-            needed |= self._add_disjunction_literal(
+            needed |= self._get_or_make_ground_disjunction(
                 tuple([self._find_needed_literals(option) for option in options])
             ).literal
         return needed
 
-    def _add_disjunction_literal(self, disjuncts: tuple[int, ...]) -> _GroundDisjunction:
+    def _get_or_make_ground_disjunction(self, disjuncts: tuple[int, ...]) -> _GroundDisjunction:
         choice = self._choices.get(disjuncts)
         if choice is None:
             literal = 1 << 3 * self.atoms + len(self._choices)
@@ -429,9 +429,9 @@ class GroundProblem:
 
     def find_state_literals(self, state: StateMask) -> LiteralMask:
         """Return the literals and disjunctions that are true in a state, as a bit mask."""
-        return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
+        return self.add_literals_of_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
-    def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
+    def add_literals_of_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
         """Return literals, and the literals that stand for the disjunctions that these literals make true."""
         self._looks.used += self._effort
         choices = self._choices.values()  # inner disjunctions were created first, so they become true first
@@ -477,11 +477,11 @@ class GroundProblem:
         for action in iterate_one_bit_masks(possible):
             yield action, self.apply_action(action.bit_length() - 1, state, literals)
 
-    def apply_action(self, number: int, state: StateMask, literals: LiteralMask) -> StateMask:
+    def apply_action(self, action_number: int, state: StateMask, true_literals: LiteralMask) -> StateMask:
         """Return the state after the action with the given number, even if the action is impossible."""
         add = delete = 0
-        for needs, also_add, also_delete in self.actions[number].changes:
-            if not needs & ~literals:
+        for needs, also_add, also_delete in self.actions[action_number].changes:
+            if not needs & ~true_literals:
                 add |= also_add
                 delete |= also_delete
         return state & ~delete | add  # an atom that is both deleted and added is true
@@ -499,7 +499,7 @@ _IndexMask: TypeAlias = int
 """Set of indices of a sequence, as a bit mask."""
 
 
-def map_bits_to_mask_indices(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMask, _IndexMask]:
+def map_bits_to_indices_of_containing_masks(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMask, _IndexMask]:
     """Return a mapping from each bit to the indices of the masks that contain it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):

@@ -78,7 +78,7 @@ _LiteralMatch: TypeAlias = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class OperatorMatch:
+class ComparisonWithGoldOperator:
     """The comparison of an answer's operator with the data set's (gold) operator, by clauses and by literals.
 
     Attributes:
@@ -98,7 +98,7 @@ class OperatorMatch:
     additional_any: bool = False
 
 
-class _PreparedGoldClause(NamedTuple):
+class _GoldClauseWithCanonicalTexts(NamedTuple):
     """The precondition or the effect of a gold operator, with the canonical texts of its parts."""
 
     clause: Clause
@@ -226,7 +226,7 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 @lru_cache(_MAX_CACHED_OPERATORS)
 def _prepare_gold_clauses(
     gold: m.PddlAction,
-) -> tuple[_PreparedGoldClause, ...]:
+) -> tuple[_GoldClauseWithCanonicalTexts, ...]:
     """Return the precondition and the effect of a gold operator, prepared for comparison with answers.
 
     The result is cached, because many answers are compared with the same gold operator.
@@ -234,7 +234,7 @@ def _prepare_gold_clauses(
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [
-            _PreparedGoldClause(
+            _GoldClauseWithCanonicalTexts(
                 clause,
                 tuple([_write_canonical(part, names) for part in _get_clause_parts(clause)]),
                 _count_literals(clause),
@@ -244,7 +244,7 @@ def _prepare_gold_clauses(
     )
 
 
-def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
+def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> ComparisonWithGoldOperator:
     """Compare an operator of an answer with the data set's (gold) operator of the same name."""
     own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
     sides = [
@@ -279,12 +279,14 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     ours, theirs = sides[0].answer, sides[0].gold
     alternatives = (
         isinstance(theirs, f.Or),
-        isinstance(ours, f.Or) and len(_split_answer_into_clauses(ours, theirs)) > 1,
+        isinstance(ours, f.Or) and len(_split_answer_unless_connectives_differ(ours, theirs)) > 1,
     )
-    return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
+    return ComparisonWithGoldOperator(
+        precondition, effect, of_precondition, of_effect, renamed, *alternatives
+    )
 
 
-def mark_all_clauses_missing(gold: m.PddlAction) -> OperatorMatch:
+def mark_all_clauses_missing(gold: m.PddlAction) -> ComparisonWithGoldOperator:
     """Return the comparison for a gold operator that the answer lacks or whose text is unreadable."""
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
@@ -318,7 +320,7 @@ def _split_into_matched_additional_missing_clauses(
     """
     left = [
         (_write_canonical(part, renaming), part)
-        for part in _split_answer_into_clauses(pair.answer, pair.gold)
+        for part in _split_answer_unless_connectives_differ(pair.answer, pair.gold)
     ]
     matched, missing = list[Clause](), list[Clause]()
     for part, same in zip(_get_clause_parts(pair.gold), pair.gold_texts, strict=True):
@@ -331,7 +333,7 @@ def _split_into_matched_additional_missing_clauses(
     return matched, [part for _, part in left], missing
 
 
-def _split_answer_into_clauses(answer: Clause, gold: Clause) -> tuple[Clause, ...]:
+def _split_answer_unless_connectives_differ(answer: Clause, gold: Clause) -> tuple[Clause, ...]:
     """Return the clauses of one side (precondition or effect) of an answer's operator.
 
     If the connective of this side differs from the connective of the gold side, the whole side is one clause.
@@ -367,7 +369,7 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
     the nodes above them match.
     """
     if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
-        return _count_matched_literals_of_connectives(answer, gold, renaming)
+        return _count_matched_literals_of_and_or_clauses(answer, gold, renaming)
     match answer, gold:
         case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
             return int(name == gold_name and _are_terms_equal(terms, gold_terms, renaming))
@@ -387,7 +389,7 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
             return 0
 
 
-def _count_matched_literals_of_connectives(answer: Clause, gold: Clause, renaming: Renaming) -> int:
+def _count_matched_literals_of_and_or_clauses(answer: Clause, gold: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals of two clauses.
 
     At least one of the clauses is a conjunction or a disjunction. A conjunction does not match a disjunction,

@@ -135,7 +135,7 @@ def write_either_type(types: Iterable[str]) -> str:
     return f"{_EITHER}{' '.join(types)})"
 
 
-def list_type_alternatives(name: str) -> tuple[str, ...]:
+def list_alternatives_of_either_type(name: str) -> tuple[str, ...]:
     """Return the alternatives of a type ``(either ...)``, or the type itself."""
     return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
 
@@ -144,7 +144,9 @@ class _ObjectsByType(dict[str, tuple[str, ...]]):
     """Mapping from each declared type, and from each ``either`` of types, to its objects."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
-        kinds = [self[alternative] for alternative in list_type_alternatives(name) if alternative in self]
+        kinds = [
+            self[alternative] for alternative in list_alternatives_of_either_type(name) if alternative in self
+        ]
         return tuple(dict.fromkeys([thing for kind in kinds for thing in kind]))
 
 

@@ -50,7 +50,7 @@ class _AtomChange:
 
 
 @dataclass(frozen=True, slots=True)
-class _EffectContext:
+class _NestedEffectContext:
     """The context of an effect: the terms that replace variables, and the conditions of enclosing effects."""
 
     scope: g.TermScope
@@ -58,10 +58,10 @@ class _EffectContext:
     condition: f.Formula = f.TRUE
     position: _EffectPosition = ()
 
-    def add_condition(self, condition: f.Formula) -> _EffectContext:
+    def add_condition(self, condition: f.Formula) -> _NestedEffectContext:
         return replace(self, condition=g.conjoin((self.condition, condition)))
 
-    def extend_effect_position(self, *index_or_variable: int | f.Variable) -> _EffectContext:
+    def extend_effect_position(self, *index_or_variable: int | f.Variable) -> _NestedEffectContext:
         return replace(self, position=(*self.position, *index_or_variable))
 
 
@@ -76,10 +76,10 @@ def convert_to_simultaneous_effect(
         scope: mapping from the operator's parameters to their PDDL variables.
         hidden: predicates that the export leaves out.
     """
-    return _OrderedEffectsConverter(conditions, scope, hidden).convert_effects(operator)
+    return _OrderedToSimultaneousEffectsConverter(conditions, scope, hidden).convert_effects(operator)
 
 
-class _OrderedEffectsConverter:
+class _OrderedToSimultaneousEffectsConverter:
     """Converts the ordered effects of one operator to an equivalent simultaneous effect of PDDL."""
 
     def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
@@ -89,11 +89,11 @@ class _OrderedEffectsConverter:
         self._hidden = hidden
 
     def convert_effects(self, operator: Operator) -> m.PddlEffect:
-        start = _EffectContext(self._scope)
+        start = _NestedEffectContext(self._scope)
         changes: list[_AtomChange] = []
         for number, attempt in enumerate(operator.alternatives):
             inside = start.add_condition(
-                self._convert_condition(f.And(attempt.conditions), start)
+                self._convert_effect_condition_to_pddl(f.And(attempt.conditions), start)
             ).extend_effect_position(number)
             changes += self._convert_sequence(attempt.effects, inside)
         changes += self._convert_sequence(
@@ -102,17 +102,19 @@ class _OrderedEffectsConverter:
         parts = [part for change in changes for part in self._write_change_unless_overridden(change, changes)]
         return parts[0] if len(parts) == 1 else m.AndEffect(tuple(parts))
 
-    def _convert_sequence(self, effects: Iterable[Effect], context: _EffectContext) -> Iterator[_AtomChange]:
+    def _convert_sequence(
+        self, effects: Iterable[Effect], context: _NestedEffectContext
+    ) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
             yield from self._convert_effect(effect, context.extend_effect_position(number))
 
-    def _convert_effect(self, effect: Effect, context: _EffectContext) -> Iterator[_AtomChange]:
+    def _convert_effect(self, effect: Effect, context: _NestedEffectContext) -> Iterator[_AtomChange]:
         match effect:
             case Add(atom) | Delete(atom):
                 if atom.predicate not in self._hidden:
                     yield self._make_atom_change(atom, context, adds=isinstance(effect, Add))
             case When(condition, effects, otherwise):
-                read = self._convert_condition(condition, context)
+                read = self._convert_effect_condition_to_pddl(condition, context)
                 yield from self._convert_sequence(
                     effects, context.add_condition(read).extend_effect_position(0)
                 )
@@ -121,48 +123,50 @@ class _OrderedEffectsConverter:
                 )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                matched = inside.add_condition(self._convert_condition(condition, inside))
+                matched = inside.add_condition(self._convert_effect_condition_to_pddl(condition, inside))
                 for number, each in enumerate(effects):
                     yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_condition_for_first_object_only(variable, condition, bound, inside)
+                first = self._make_condition_for_lowest_index_object(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
 
     def _bind_variable(
-        self, variable: f.Variable, context: _EffectContext
-    ) -> tuple[f.Variable, _EffectContext]:
+        self, variable: f.Variable, context: _NestedEffectContext
+    ) -> tuple[f.Variable, _NestedEffectContext]:
         bound = self._conditions.make_unused_variable(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
-    def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
+    def _convert_effect_condition_to_pddl(
+        self, condition: f.Formula, context: _NestedEffectContext
+    ) -> f.Formula:
         """Return the PDDL condition of an effect; literals that the export leaves out count as false."""
-        return self._conditions.convert_formula(
+        return self._conditions.convert_formula_to_pddl(
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_condition_for_first_object_only(
+    def _make_condition_for_lowest_index_object(
         self,
         variable: f.Variable,
         condition: f.Formula,
         pddl_variable: f.Variable,
-        context: _EffectContext,
+        context: _NestedEffectContext,
     ) -> f.Formula:
         """Return the condition that ``condition`` holds for a variable, but for no object of lower index."""
-        meets = self._convert_condition(condition, context)
+        meets = self._convert_effect_condition_to_pddl(condition, context)
         if holds_for_at_most_one_value(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.make_unused_variable(variable.name)
-        as_well = self._convert_condition(
+        as_well = self._convert_effect_condition_to_pddl(
             condition, replace(context, scope={**context.scope, variable.name: other})
         )
-        earlier = g.conjoin((self._conditions.glossary.make_lower_index_atom(other, pddl_variable), as_well))
+        earlier = g.conjoin((self._conditions.glossary.make_precedes_atom(other, pddl_variable), as_well))
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
-    def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
+    def _make_atom_change(self, atom: f.Atom, context: _NestedEffectContext, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom. The argument `ANYTHING` means all objects."""
         stored = self._vocabulary.find_stored_predicate(atom.predicate)
         if stored is None:
@@ -177,7 +181,7 @@ class _OrderedEffectsConverter:
                 variables.append(self._conditions.make_unused_variable("other"))
                 terms.append(variables[-1])
             else:
-                terms.append(self._conditions.convert_term(term, context.scope))
+                terms.append(self._conditions.convert_term_to_pddl(term, context.scope))
         written = f.Atom(self._conditions.glossary.register_predicate(atom.predicate), tuple(terms))
         return _AtomChange(adds, written, tuple(variables), context.condition, context.position)
 
@@ -239,7 +243,7 @@ class _OrderedEffectsConverter:
                 )
                 if theirs == mine:
                     return rest
-                precedes = self._conditions.glossary.make_lower_index_atom(mine, theirs)
+                precedes = self._conditions.glossary.make_precedes_atom(mine, theirs)
                 return g.disjoin((precedes, g.conjoin((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
                 return f.TRUE if mine < other else f.FALSE

@@ -7,7 +7,7 @@ from itertools import islice
 from typing import Final
 
 import eai.pddl.model as m
-from eai.pddl.check import DeclaredNames, PddlFinding, PddlViolationKind
+from eai.pddl.check import PddlDeclarations, PddlFinding, PddlViolationKind
 from eai.pddl.reader import ExpressionList, SExpr, Symbol, get_first_word
 
 _SECTIONS: Final[Mapping[str, str]] = {
@@ -32,7 +32,7 @@ _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpa
 
 
 def find_offset_of_finding(
-    finding: PddlFinding, definition: ExpressionList, vocabulary: DeclaredNames
+    finding: PddlFinding, definition: ExpressionList, vocabulary: PddlDeclarations
 ) -> int:
     """Return the offset in a text of the mistake that a finding describes.
 
@@ -73,12 +73,16 @@ def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
     return [item.text if isinstance(item, Symbol) else get_first_word(item) for item in items]
 
 
-def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: DeclaredNames) -> Iterator[int]:
+def _find_mistake_offsets(
+    section: SExpr, finding: PddlFinding, vocabulary: PddlDeclarations
+) -> Iterator[int]:
     """Yield the offsets in a PDDL section at which the violation of a finding occurs, outer lists first."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
-    unknown = {symbol for symbol in m.list_type_alternatives(name) if symbol not in vocabulary.parents}
+    unknown = {
+        symbol for symbol in m.list_alternatives_of_either_type(name) if symbol not in vocabulary.parents
+    }
     for group, bound in _walk_lists_with_bound_names(section, frozenset()):
         head, arguments = get_first_word(group), group.items[1:]
         match finding.offence:

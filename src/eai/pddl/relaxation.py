@@ -18,7 +18,7 @@ from eai.pddl.grounding import (
     StateMask,
     estimate_cost_of_condition_lookup,
     iterate_one_bit_masks,
-    map_bits_to_mask_indices,
+    map_bits_to_indices_of_containing_masks,
 )
 from eai.planning.search import SearchEffort
 
@@ -80,15 +80,15 @@ class Relaxation:
         self._looks = looks
         self._problem = problem
         self._again = 2 * problem.atoms
-        self._prices = _map_goals_to_destroyed_goals(problem)
+        self._prices = _map_goal_atoms_to_unavoidable_deletions(problem)
         self._rules = [
             _RelaxedEffect(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
         self._price = estimate_cost_of_condition_lookup(len(self._rules))
-        self._making = map_bits_to_mask_indices([rule.makes for rule in self._rules])
-        needing = map_bits_to_mask_indices([rule.needs for rule in self._rules])
+        self._making = map_bits_to_indices_of_containing_masks([rule.makes for rule in self._rules])
+        needing = map_bits_to_indices_of_containing_masks([rule.needs for rule in self._rules])
         asked = problem.add_disjuncts_of_needed_disjunctions(
             reduce(or_, [rule.needs for rule in self._rules], problem.goal)
         )
@@ -103,12 +103,12 @@ class Relaxation:
         Without a relaxed plan there is no plan at all. ``true_literals`` are the literals that the state
         makes true (`GroundProblem.find_state_literals`).
         """
-        again = self._find_goal_atoms_lost_later(state)
+        again = self._find_true_goal_atoms_that_must_be_lost(state)
         goal = self._problem.goal | again << self._again
         layers = self._build_relaxed_layers(true_literals, goal, again)
         return self._extract_relaxed_plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
-    def _find_goal_atoms_lost_later(self, state: StateMask) -> LiteralMask:
+    def _find_true_goal_atoms_that_must_be_lost(self, state: StateMask) -> LiteralMask:
         """Return the goal's true atoms that will become false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
@@ -118,11 +118,11 @@ class Relaxation:
         return lost & state
 
     def _build_relaxed_layers(
-        self, start_literals: LiteralMask, goal: int, atoms_to_regain: int
+        self, start_literals: LiteralMask, goal: int, atoms_to_make_true_again: int
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        No more states follow if the budget is exceeded. The atoms in ``atoms_to_regain`` are true at
+        No more states follow if the budget is exceeded. The atoms in ``atoms_to_make_true_again`` are true at
         the start, but will be lost and must be made true again. So ``goal`` has a second literal for each
         such atom. Actions that add the atom make the second literal true.
         """
@@ -132,7 +132,7 @@ class Relaxation:
         ]
         lacking += [
             _UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
-            for bit in iterate_one_bit_masks(atoms_to_regain)
+            for bit in iterate_one_bit_masks(atoms_to_make_true_again)
         ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
@@ -148,7 +148,7 @@ class Relaxation:
                 if making & fired:
                     literals |= literal
             if literals != before:
-                literals = self._problem.add_true_disjunctions(literals)
+                literals = self._problem.add_literals_of_true_disjunctions(literals)
                 lacking = [
                     literal_lacking for literal_lacking in lacking if not literals & literal_lacking.literal
                 ]
@@ -162,15 +162,15 @@ class Relaxation:
         """Return the relaxed plan, found backwards: the first rule that makes a literal true is taken."""
         chosen, helpful = set[int](), 0
         needed = self._problem.replace_disjunctions_by_true_disjuncts(goal, layers.reached[-1])
-        for depth in range(len(layers.fired) - 1, -1, -1):
-            before, fired = layers.reached[depth], layers.fired[depth]
+        for relaxed_step in range(len(layers.fired) - 1, -1, -1):
+            before, fired = layers.reached[relaxed_step], layers.fired[relaxed_step]
             missing = needed & ~before
             needed &= before
             while missing:
                 action, needs, makes = self._find_first_rule_making_literals_true(missing, fired)
                 missing &= ~(makes | makes << self._again)
                 chosen.add(action)
-                if depth == 0:
+                if relaxed_step == 0:
                     helpful |= 1 << action
                 needed |= self._problem.replace_disjunctions_by_true_disjuncts(needs, before)
         return _RelaxedPlan(len(chosen), helpful)
@@ -195,7 +195,7 @@ class Relaxation:
         return self._rules[(making & -making).bit_length() - 1]
 
 
-def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
+def _map_goal_atoms_to_unavoidable_deletions(problem: GroundProblem) -> dict[int, int]:
     """Return a mapping from each goal atom to the goal atoms that every action adding it makes false."""
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
@@ -213,7 +213,7 @@ def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
 
 _ActionNumber: TypeAlias = int
 
-_LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
+_ActionsAndStateSnapshot: TypeAlias = tuple[int, StateMask, LiteralMask]
 """A point to which a lookahead may return: number of actions so far, state, and its true literals."""
 
 
@@ -260,85 +260,87 @@ class _RelaxedPlanFollower:
             missing := self._count_missing_goals()
         ) != before:
             before = missing
-            for literal in self._order_missing_literals(goal, len(self._layers.fired)):
+            for literal in self._order_literals_reached_latest_first(goal, len(self._layers.fired)):
                 if not self._held & literal:
-                    self._make_goal_literal_true(literal)
+                    self._try_to_reach_goal_literal(literal)
         return self._taken
 
     def _count_missing_goals(self) -> _MissingGoalCounts:
         missing = self._problem.goal & ~self._held
         return _MissingGoalCounts((missing & ~self._start).bit_count(), missing.bit_count())
 
-    def _make_goal_literal_true(self, literal: int) -> None:
+    def _try_to_reach_goal_literal(self, literal: int) -> None:
         """Make a goal literal true, by the first action after which fewer goal literals are missing.
 
         Nothing changes if no action achieves this.
         """
-        missing, start_point = self._count_missing_goals(), self._get_current_lookahead_point()
-        for depth, fired in enumerate(self._layers.fired):
+        missing, start_point = self._count_missing_goals(), self._take_actions_and_state_snapshot()
+        for relaxed_step, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
-                if self._apply_rule_if_possible(rule, depth) and self._count_missing_goals() < missing:
+                if self._apply_rule_if_possible(rule, relaxed_step) and self._count_missing_goals() < missing:
                     return
-                self._return_to_lookahead_point(start_point)
+                self._restore_actions_and_state(start_point)
 
-    def _apply_rule_if_possible(self, rule: _RelaxedEffect, depth: int) -> bool:
+    def _apply_rule_if_possible(self, rule: _RelaxedEffect, relaxed_step: int) -> bool:
         """Make the precondition of a rule true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
-        if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
+        if self._rules_left < 0 or not self._try_to_reach_literals_together(rule.needs, relaxed_step):
             return False
         self._state = self._problem.apply_action(rule.action, self._state, self._held)
         self._held = self._problem.find_state_literals(self._state)
         self._taken.append((rule.action, self._state))
         return True
 
-    def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
+    def _try_to_reach_literals_together(self, needed: LiteralMask, relaxed_step: int) -> bool:
         """Add actions after which several literals are true together. Return whether this is possible.
 
-        `_make_literal_true` adds the actions for each false literal, with the same ``depth``. The
+        `_try_to_reach_literal` adds the actions for each false literal, with the same ``relaxed_step``. The
         first attempt begins with the literals that relaxed planning reaches last. If the attempt fails, a
         second attempt treats these literals last. If both attempts fail, all these actions are undone.
         """
-        start_point = self._get_current_lookahead_point()
+        start_point = self._take_actions_and_state_snapshot()
         for last in (False, True):
             for _ in range(_MAX_ROUNDS):
-                missing = self._order_missing_literals(needed & ~self._held, depth)
+                missing = self._order_literals_reached_latest_first(needed & ~self._held, relaxed_step)
                 for literal in missing[::-1] if last else missing:
                     if not self._held & literal:
-                        self._make_literal_true(literal, depth)
+                        self._try_to_reach_literal(literal, relaxed_step)
                 if not needed & ~self._held:
                     return True
-            self._return_to_lookahead_point(start_point)
+            self._restore_actions_and_state(start_point)
         return False
 
-    def _make_literal_true(self, literal: int, depth: int) -> None:
+    def _try_to_reach_literal(self, literal: int, relaxed_step: int) -> None:
         """Apply the first rule (effect of an action) that makes a literal true, if the rule is possible.
 
         The steps of relaxed planning are numbered from 0. A rule is tried only if its step is before
-        ``depth``. If ``depth`` is 0 or negative, the literal was true at the start and has been
-        lost. Then rules of step 0 are tried, until ``depth`` has fallen to `-_MAX_REPEAT_DEPTH`.
+        ``relaxed_step``. If ``relaxed_step`` is 0 or negative, the literal was true at the start and has been
+        lost. Then rules of step 0 are tried, until ``relaxed_step`` has fallen to `-_MAX_REPEAT_DEPTH`.
         """
-        for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
+        for before, fired in enumerate(
+            self._layers.fired[: max(relaxed_step, int(relaxed_step > -_MAX_REPEAT_DEPTH))]
+        ):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
-                self._apply_rule_if_possible(rule, min(before, depth - 1))
+                self._apply_rule_if_possible(rule, min(before, relaxed_step - 1))
                 return
 
-    def _order_missing_literals(self, missing: LiteralMask, depth: int) -> list[int]:
+    def _order_literals_reached_latest_first(self, missing: LiteralMask, relaxed_step: int) -> list[int]:
         """Return the missing literals in order: literals that take longest to reach come first."""
         missing, ordered = (
             self._problem.replace_disjunctions_by_true_disjuncts(
-                missing, self._layers.reached[max(depth, 0)]
+                missing, self._layers.reached[max(relaxed_step, 0)]
             ),
             list[int](),
         )
-        for reached in self._layers.reached[max(depth, 0) :: -1]:
+        for reached in self._layers.reached[max(relaxed_step, 0) :: -1]:
             ordered += iterate_one_bit_masks(missing & ~reached)
             missing &= reached
         return [*ordered, *iterate_one_bit_masks(missing)]
 
-    def _get_current_lookahead_point(self) -> _LookaheadPoint:
+    def _take_actions_and_state_snapshot(self) -> _ActionsAndStateSnapshot:
         return len(self._taken), self._state, self._held
 
-    def _return_to_lookahead_point(self, point: _LookaheadPoint) -> None:
+    def _restore_actions_and_state(self, snapshot: _ActionsAndStateSnapshot) -> None:
         """Undo all actions that the lookahead has taken since a point."""
-        taken, self._state, self._held = point
+        taken, self._state, self._held = snapshot
         del self._taken[taken:]

@@ -411,14 +411,14 @@ class _ReachableLiteralPairs:
             for action in problem.actions
             for rule in self._make_conditional_effects(action.needs, action.changes)
         ]
-        while self._add_new_literal_pairs_of_effects(rules):
+        while self._add_compatible_literal_pairs_of_effects(rules):
             pass
 
     def may_hold_together(self, needed: LiteralMask) -> bool:
         """Whether every two literals of a mask may hold together in a reachable state."""
         return (
             self._looks.is_limit_exceeded
-            or self._find_literals_compatible_with_all(self._remove_disjunctions(needed)) is not None
+            or self._find_literals_compatible_with_all(self._clear_bits_of_disjunctions(needed)) is not None
         )
 
     def _make_conditional_effects(
@@ -432,23 +432,23 @@ class _ReachableLiteralPairs:
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
             yield _ConditionalEffect(
-                self._remove_disjunctions(precondition | also),
+                self._clear_bits_of_disjunctions(precondition | also),
                 makes,
                 always,
                 perhaps,
                 self._negate_literals(makes | always),
             )
 
-    def _add_new_literal_pairs_of_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
+    def _add_compatible_literal_pairs_of_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
         """Add the pairs of literals that effects can make true together. Return whether any is new."""
         grew = False
         for rule in effects:
             if self._looks.is_limit_exceeded:
                 return False
-            grew |= self._add_new_literal_pairs(rule)
+            grew |= self._add_compatible_literal_pairs(rule)
         return grew
 
-    def _add_new_literal_pairs(self, effect: _ConditionalEffect) -> bool:
+    def _add_compatible_literal_pairs(self, effect: _ConditionalEffect) -> bool:
         """Add the pairs of literals that an effect can make true together. Return whether any is new."""
         companions = self._find_literals_compatible_with_all(effect.needs)
         if companions is None:
@@ -477,7 +477,7 @@ class _ReachableLiteralPairs:
             companions &= self._beside.get(literal, 0)
         return None if needed_literals & ~companions else companions
 
-    def _remove_disjunctions(self, mask: LiteralMask) -> LiteralMask:
+    def _clear_bits_of_disjunctions(self, mask: LiteralMask) -> LiteralMask:
         """Return a mask with only the bits of true and false atoms, without the bits of disjunctions."""
         return mask & (1 << 2 * self._atoms) - 1
 

@@ -19,7 +19,7 @@ from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
 from eai.run.job import DecodingOptions, is_built_in_model
 from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_connection_refused
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source
 
@@ -151,7 +151,7 @@ def describe_long_tasks(context: int, suites: Sequence[_TasksThatExceedContext])
     return ", ".join(parts)
 
 
-def is_endpoint_on_server_of_user(endpoint: Endpoint) -> bool:
+def is_endpoint_on_server_of_user(endpoint: ModelEndpoint) -> bool:
     """Whether a model runs on a server with OpenAI's protocol, at an address that the user chose."""
     provider = endpoint.model.partition("/")[0]
     return provider in _PROVIDERS_OF_SERVERS or (

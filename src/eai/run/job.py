@@ -26,7 +26,7 @@ from eai.benchmarks.suite import Suite
 from eai.results.codec import hash_text
 from eai.results.trials import Conversation, ReplanningConversationFactory
 from eai.studies.perception.scene_graph import SCENE
-from eai.studies.variation import Endpoint
+from eai.studies.variation import ModelEndpoint
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import Prompt, make_compact_prompt_mapping
 
@@ -179,7 +179,7 @@ class QuestionJob:
         answer_limit: default of the maximum number of tokens of an answer, which follows from the suite.
     """
 
-    endpoint: Endpoint
+    endpoint: ModelEndpoint
     suite: Suite
     prompts: Mapping[str, Prompt]
     epochs: int = 1

@@ -338,7 +338,7 @@ def _make_benchmark_with_task_of_question(question: _ModelQuestion) -> Benchmark
         from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scenes_of_benchmark
 
         graph = read_scene_graph(
-            question.scene, make_scene_graph_vocabulary(benchmark).arity_by_name_in_graphs
+            question.scene, make_scene_graph_vocabulary(benchmark).arity_by_predicate_name_in_graphs
         )
         benchmark = replace_scenes_of_benchmark(benchmark, {task_id: graph})
     if question.stated is not None:

@@ -26,7 +26,7 @@ from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
 from eai.studies.registry import list_studies_with_run_options
-from eai.studies.variation import Endpoint, VariationOptions, combine_variations
+from eai.studies.variation import ModelEndpoint, VariationOptions, combine_variations
 from eai.tasks.options import Arguments, Options, WebAddress
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 
@@ -104,9 +104,9 @@ class _ModelOptions(Options):
     base_url: WebAddress | None = None
 
     @property
-    def endpoints(self) -> list[Endpoint]:
+    def endpoints(self) -> list[ModelEndpoint]:
         """The models of the run, each with its name, address and arguments."""
-        return [Endpoint(name, self.args, self.base_url) for name in self.name]
+        return [ModelEndpoint(name, self.args, self.base_url) for name in self.name]
 
 
 class _TaskOptions(Options):
@@ -223,7 +223,7 @@ class RunSpec(Options):
             for variation in list_studies_with_run_options()
         }
         choices = {
-            name: variation.make_study_settings_for_records(name)
+            name: variation.make_study_settings_to_store_in_records(name)
             for name, variation in variations_by_study.items()
             if variation.option_that_enables_study
         }

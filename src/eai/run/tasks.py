@@ -74,7 +74,7 @@ from eai.run.solver import (
 )
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
-from eai.studies.variation import Endpoint, StageBeforeQuestions
+from eai.studies.variation import ModelEndpoint, StageThatObtainsGoalsOrScenes
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
 
@@ -234,7 +234,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = make_solver_without_answer_journal(None)
-            stage = spec.combined_options_of_studies.make_stage_that_obtains_beliefs(
+            stage = spec.combined_options_of_studies.make_stage_that_obtains_goals_or_scenes(
                 library, {suite.domain: asked}, _raise_instead_of_asking_model
             )
             if takes_turns:
@@ -332,7 +332,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
 
 
 def _make_prompts_that_state_model_beliefs(
-    stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
+    stage: StageThatObtainsGoalsOrScenes, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], GoalsAndScenesStatedInPrompts]:
     """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
 
@@ -340,7 +340,7 @@ def _make_prompts_that_state_model_beliefs(
         InputError: the model stated no goals or scene for a task. Inspect cannot count the task as failed,
             because it has no question.
     """
-    prompts, beliefs = stage.make_prompts(Endpoint(""), asked_prompts, suite)
+    prompts, beliefs = stage.make_prompts_with_goals_and_scenes(ModelEndpoint(""), asked_prompts, suite)
     missing = len(asked_prompts) - len(prompts)
     if missing:
         raise InputError(
@@ -597,7 +597,7 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
     return next(iter(logs), None)
 
 
-def find_model(endpoint: Endpoint) -> Model:
+def find_model(endpoint: ModelEndpoint) -> Model:
     """Return Inspect's model for an endpoint: a model's name, address and arguments.
 
     Raises:

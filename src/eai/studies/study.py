@@ -86,8 +86,8 @@ def format_suite_heading(suite: SuiteProtocolDomainAndAbility) -> str:
     return str(suite._replace(domain=get_title(suite.domain)))
 
 
-def name_suite_figure(
-    suite: SuiteProtocolDomainAndAbility, name: str, figure: Figure | None
+def add_title_and_file_name_to_suite_figure(
+    suite: SuiteProtocolDomainAndAbility, file_name_prefix: str, figure: Figure | None
 ) -> tuple[str, Figure | None]:
     """Return the file name of a figure of a suite, and the figure with the suite's title.
 
@@ -95,17 +95,19 @@ def name_suite_figure(
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
-    return f"{name}-{suite.suite_name_for_file_names}", figure
+    return f"{file_name_prefix}-{suite.suite_name_for_file_names}", figure
 
 
-def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+def add_title_and_file_name_to_run_figure(
+    key: RunKey, file_name: str, figure: Figure | None
+) -> tuple[str, Figure | None]:
     """Return the file name of a figure of a run, and the figure with a title of suite and model.
 
     The file name is the given name. A missing figure, None, stays None.
     """
     if figure is not None:
         add_title(figure, f"{format_suite_heading(key.suite)}, {clip_label(key.model)}")
-    return name, figure
+    return file_name, figure
 
 
 def make_remarks_on_comparison_with_paper(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Endpoint:
+class ModelEndpoint:
     """A model, and the server and arguments by which it is called.
 
     Attributes:
@@ -41,14 +41,14 @@ class Endpoint:
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
 """Function that asks a model the questions of a suite, and returns the scored answers.
 
-Its arguments are the model (see `Endpoint`), the prompts by task id, and the suite. Optional
-arguments are ``first``, the `StageBeforeQuestions` that obtains goals or scenes for the
+Its arguments are the model (see `ModelEndpoint`), the prompts by task id, and the suite. Optional
+arguments are ``first``, the `StageThatObtainsGoalsOrScenes` that obtains goals or scenes for the
 prompts, and ``epochs``, the number of answers per task.
 """
 
 
 @dataclass
-class StageBeforeQuestions:
+class StageThatObtainsGoalsOrScenes:
     """A stage of a run, before the run's questions, that obtains goals or scenes for these questions.
 
     Example: a model first interprets the goals of tasks, and the run's questions then state these goals. Such
@@ -69,15 +69,15 @@ class StageBeforeQuestions:
     library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], GoalsAndScenesStatedInPrompts]
-    previous: StageBeforeQuestions | None = None
+    believe: Callable[[StageThatObtainsGoalsOrScenes, ModelEndpoint, Suite], GoalsAndScenesStatedInPrompts]
+    previous: StageThatObtainsGoalsOrScenes | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
     found_beliefs: dict[tuple[str, ...], GoalsAndScenesStatedInPrompts] = field(
         default_factory=dict, init=False
     )
 
-    def make_prompts(
-        self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
+    def make_prompts_with_goals_and_scenes(
+        self, endpoint: ModelEndpoint, task_ids: Collection[str], suite: Suite
     ) -> tuple[Mapping[str, Prompt], GoalsAndScenesStatedInPrompts]:
         """Return prompts for a model by task id, and the beliefs (goals or scenes) that the prompts state.
 
@@ -86,10 +86,12 @@ class StageBeforeQuestions:
         Raises:
             InputError: a stage obtained no beliefs, or the prompts cannot state the beliefs.
         """
-        beliefs = self.collect_beliefs(endpoint, suite)
+        beliefs = self.collect_goals_and_scenes(endpoint, suite)
         return beliefs.make_prompts_stating_goals_and_scenes(self.library, suite, task_ids), beliefs
 
-    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> GoalsAndScenesStatedInPrompts:
+    def collect_goals_and_scenes(
+        self, endpoint: ModelEndpoint, suite: Suite
+    ) -> GoalsAndScenesStatedInPrompts:
         """Return a model's beliefs from this stage and all earlier stages of the run.
 
         Beliefs are goals and scenes. The run's questions state the beliefs instead of the true goals and
@@ -100,13 +102,13 @@ class StageBeforeQuestions:
         """
         if self.previous is None:
             return self.believe(self, endpoint, suite)
-        earlier = self.previous.collect_beliefs(endpoint, suite)
+        earlier = self.previous.collect_goals_and_scenes(endpoint, suite)
         return earlier.copy_scenes_with_goals_from(self.believe(self, endpoint, suite))
 
     @property
-    def earliest_stage(self) -> StageBeforeQuestions:
+    def first_stage_of_run(self) -> StageThatObtainsGoalsOrScenes:
         """The first stage of the run. It is this stage if no stage comes before this stage (`previous`)."""
-        return self if self.previous is None else self.previous.earliest_stage
+        return self if self.previous is None else self.previous.first_stage_of_run
 
     @property
     def all_results(self) -> list[SuiteResult]:
@@ -114,7 +116,7 @@ class StageBeforeQuestions:
         return [*(() if self.previous is None else self.previous.all_results), *self.results]
 
     def ask_for_answers(
-        self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **further_arguments: Any
+        self, endpoint: ModelEndpoint, prompts: Mapping[str, Prompt], suite: Suite, **further_arguments: Any
     ) -> dict[str, str]:
         """Ask a model, add its scored answers to the attribute `results`, and return the answers by task id.
 
@@ -161,7 +163,7 @@ class VariationOptions(Options):
         """The options of replanning and slips; None for a plain run (one attempt, and every action works)."""
         return None
 
-    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
         """Return the options of the study that differ from their defaults, for the records of a run.
 
         A study returns None if it has nothing to record. It also returns None if records get its options
@@ -184,9 +186,9 @@ class VariationOptions(Options):
         """
         return sorted(set(requested or PAPER_ABILITIES), key=get_ability_sort_key)
 
-    def make_stage_that_obtains_beliefs(
+    def make_stage_that_obtains_goals_or_scenes(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
-    ) -> StageBeforeQuestions | None:
+    ) -> StageThatObtainsGoalsOrScenes | None:
         """Return the stage that obtains goals or scenes (beliefs) for a run's questions, or None.
 
         The result is None if the study does not change the goals or scenes in questions.
@@ -216,10 +218,10 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
                 f"{one.option_that_enables_study}: cannot be combined with "
                 f"{other.option_that_enables_study}; {reason}"
             )
-    return chosen[0] if len(chosen) == 1 else _OptionsOfCombinedStudies(chosen=tuple(chosen))
+    return chosen[0] if len(chosen) == 1 else _OptionsOfAllStudiesInOneRun(chosen=tuple(chosen))
 
 
-class _OptionsOfCombinedStudies(VariationOptions):
+class _OptionsOfAllStudiesInOneRun(VariationOptions):
     """The options of all studies that one run combines; there may be no study.
 
     Attributes:
@@ -269,17 +271,17 @@ class _OptionsOfCombinedStudies(VariationOptions):
             )
         return shared
 
-    def make_stage_that_obtains_beliefs(
+    def make_stage_that_obtains_goals_or_scenes(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
-    ) -> StageBeforeQuestions | None:
+    ) -> StageThatObtainsGoalsOrScenes | None:
         """Return the last stage before the run's questions, or None if no study needs a stage.
 
         Each stage obtains scenes or goals (beliefs) for the questions, and is linked to the stage before it
         (`previous`). Stages that obtain scenes come before stages that obtain goals.
         """
-        last: StageBeforeQuestions | None = None
+        last: StageThatObtainsGoalsOrScenes | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):
-            stage = variation.make_stage_that_obtains_beliefs(library, task_ids_by_domain, ask)
+            stage = variation.make_stage_that_obtains_goals_or_scenes(library, task_ids_by_domain, ask)
             if stage is not None:
-                stage.earliest_stage.previous, last = last, stage
+                stage.first_stage_of_run.previous, last = last, stage
         return last

@@ -278,7 +278,7 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     operator_by_predicate = {
         glossary.register_execution_predicate(operator.name): operator.name for operator in domain.operators
     }
-    order_predicate = glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
+    order_predicate = glossary.make_precedes_atom(f.Variable("x"), f.Variable("y")).predicate
     arities = {
         **dict.fromkeys(object_category_by_predicate, 1),
         **dict.fromkeys(operator_by_predicate, 0),

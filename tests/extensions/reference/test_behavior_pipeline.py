@@ -20,7 +20,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.summary import compute_metric_rates
 from eai.results.table import Estimate
 from eai.studies.pipeline.analysis import _ModularAndPipelineRuns, merge_run_pairs
-from eai.studies.pipeline.stage_one import make_goal_beliefs
+from eai.studies.pipeline.stage_one import make_goals_for_prompts
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
 
@@ -66,7 +66,7 @@ def _runs(model: str, suite: Suite) -> _ModularAndPipelineRuns:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
-    believed = make_goal_beliefs(goals, benchmark, suite.source)
+    believed = make_goals_for_prompts(goals, benchmark, suite.source)
     alone = read_oracle("behavior", "subgoal_decomposition", model)["records"]
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})

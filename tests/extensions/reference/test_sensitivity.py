@@ -11,7 +11,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.rate import compute_rate
 from eai.studies.sensitivity.study import (
     OperatorReplacementTrial,
-    group_cases_by_operator,
+    group_successes_by_operator_and_category,
     replace_gold_operators_one_by_one,
 )
 from eai.tasks.source import Source
@@ -64,7 +64,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(
             response=row["llm_output"],
         )
         trials += replace_gold_operators_one_by_one(scorer, made)
-    cells = group_cases_by_operator(trials)
+    cells = group_successes_by_operator_and_category(trials)
     for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
         for operator, figure in figures.items():
             rate = compute_rate(case.share for case in cells[operator, category])

@@ -22,8 +22,8 @@ from eai.cli import app
 from eai.extensions.scenes.rendered import render_task_images
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
-from eai.studies.perception.choice import SceneOptions
-from eai.studies.perception.scenes import make_scene_beliefs_without_captioner
+from eai.studies.perception.choice import ScenePresentationOptions
+from eai.studies.perception.scenes import make_scenes_for_prompts_without_model
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
 from explorer_pages import read_explorer
@@ -75,8 +75,8 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = make_scene_beliefs_without_captioner(
-        SceneOptions(scene=scene), suite.benchmark, tasks, PromptTemplates()
+    believed = make_scenes_for_prompts_without_model(
+        ScenePresentationOptions(scene=scene), suite.benchmark, tasks, PromptTemplates()
     )
     belief = believed.beliefs[JARS]
     assert belief.initial is not None

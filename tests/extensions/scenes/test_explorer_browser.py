@@ -10,7 +10,7 @@ from browsing import needs_browser, open_explorer
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.course import make_scene_diagrams_after_each_step
-from eai.studies.report.explorer import ExplorerDomainData
+from eai.studies.report.explorer import DomainDataOfExplorerPage
 from studies.report.test_explorer_browser import link, write_episodes
 
 pytestmark = needs_browser
@@ -20,7 +20,9 @@ def test_a_turn_is_shown_with_the_objects_that_it_changed(page: Any, tmp_path: P
     suite = open_suite(SWITCHES, ACTING)
     address = write_episodes(
         tmp_path,
-        ExplorerDomainData(find_scenes=lambda record: make_scene_diagrams_after_each_step(record, suite)),
+        DomainDataOfExplorerPage(
+            find_scenes=lambda record: make_scene_diagrams_after_each_step(record, suite)
+        ),
     )
     open_explorer(page, link(address, run="switches/acting/strict/good", task="both", step="3"))
     page.get_by_role("button", name="Next turn").click()

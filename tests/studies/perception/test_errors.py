@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.verdict import ConfusionCounts
 from eai.results.rate import compute_rates
-from eai.studies.perception.declaration import make_perception_rate_contributions
+from eai.studies.perception.declaration import make_numerator_and_denominator_by_rate
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
 from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
@@ -20,7 +20,7 @@ def test_a_scene_graph_has_the_objects_and_facts_of_the_prompt() -> None:
         sorted(map(fact, ALL), key=lambda each: WORDS.wording.predicates.index(each[0]))
     )
     assert WORDS.holding_predicate_names == ("holds",)
-    assert {*WORDS.support_predicate_names} == {"in", "on"}
+    assert {*WORDS.placement_predicate_names} == {"in", "on"}
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_each_error_rate_has_its_own_denominator() -> None:
     objects = ("robot", "cup_1", "box_1", "table_1", "lamp_1", "lamp_9")
     graph = seen("in cup_1 table_1", "lit lamp_9", "lit lamp_1", objects=objects)
     perceived = find_perception_errors(kitchen_task(), WORDS, graph)
-    rates = compute_rates([make_perception_rate_contributions(perceived)])
+    rates = compute_rates([make_numerator_and_denominator_by_rate(perceived)])
     told = {name: (rate.numerator, rate.denominator) for name, rate in rates.items() if "." not in name}
     assert told == {
         "predicate_error": (2, 3),

@@ -18,7 +18,7 @@ from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scenes_of_benchmark
-from eai.studies.perception.declaration import make_perception_rate_contributions
+from eai.studies.perception.declaration import make_numerator_and_denominator_by_rate
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
 from eai.studies.perception.scene_graph import SupportRelation
@@ -116,7 +116,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
         perceived = find_perception_errors(task, words, graph)
         errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
-        invented = make_perception_rate_contributions(perceived)["object_error"]
+        invented = make_numerator_and_denominator_by_rate(perceived)["object_error"]
         strangers = {*graph.mentioned_objects} - {*names}
         assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.mentioned_objects}))
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
@@ -125,7 +125,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
     """Object hallucinations are facts with an unknown name; the paper's object error counts names."""
     double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
-    shares = make_perception_rate_contributions(find_perception_errors(kitchen_task(), WORDS, double))
+    shares = make_numerator_and_denominator_by_rate(find_perception_errors(kitchen_task(), WORDS, double))
     assert shares["invented"] == Share(2, 5)
     assert shares["object_error"] == Share(2, len(TRUTH.objects) + 2)
     assert shares["predicate_error"] == Share(0, 3)
@@ -140,7 +140,7 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
     for task in tasks:
         graph = perceive_with_noise(task, words, ALL_KINDS)
         supports = SupportRelation(
-            frozenset(words.find_predicate_name_in_graphs(each) for each in words.support_predicate_names)
+            frozenset(words.find_predicate_name_in_graphs(each) for each in words.placement_predicate_names)
         )
         for fact in graph.facts:
             assert not supports.would_close_cycle(fact)

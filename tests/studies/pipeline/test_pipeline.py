@@ -9,7 +9,11 @@ import pytest
 from eai.abilities.verdict import ConfusionCounts
 from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import _classify_stated_goals, _ModularAndPipelineRuns, merge_run_pairs
+from eai.studies.pipeline.analysis import (
+    _classify_correctness_of_stated_goals,
+    _ModularAndPipelineRuns,
+    merge_run_pairs,
+)
 from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
@@ -124,4 +128,4 @@ def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -
 )
 def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: ConfusionCounts, kind: str) -> None:
     record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
-    assert _classify_stated_goals(record) == kind
+    assert _classify_correctness_of_stated_goals(record) == kind

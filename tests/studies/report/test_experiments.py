@@ -14,7 +14,7 @@ from eai.abilities.experiment import Experiment
 from eai.cli import app
 from eai.results.record import Record
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import ExplorerData, build_explorer_page
+from eai.studies.report.explorer import ExplorerPageData, build_explorer_page
 from experiments import experiment
 from explorer_pages import read_explorer
 from studies.report.samples import RIGHT, WRONG, action_run, write_runs
@@ -101,7 +101,7 @@ def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     once, *others = all_right(REPLANNING)
     twice = replace(once, attempts=(Attempt("first", WRONG), Attempt("answer 0", RIGHT)))
     write_runs(tmp_path / "runs", [[twice, *others]])
-    data = ExplorerData()
+    data = ExplorerPageData()
     for run in read_runs([tmp_path / "runs"]):
         data.add_run(run)
     content = read_explorer("".join(build_explorer_page(data.format_data_as_base64_lines())))

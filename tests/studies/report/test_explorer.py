@@ -13,26 +13,28 @@ import pytest
 from eai.abilities.explanation import GoalReport, StepReport, VerdictExplanation, parse_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import ExplorerData, ExplorerDomainData, build_explorer_page
+from eai.studies.report.explorer import DomainDataOfExplorerPage, ExplorerPageData, build_explorer_page
 from explorer_pages import read_chunks, read_explorer
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 
-BACKGROUND = ExplorerDomainData(
+BACKGROUND = DomainDataOfExplorerPage(
     prompts={"action_sequencing": {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
     operators={"open": "(:action open :parameters (?o))"},
 )
 
 
 @pytest.fixture
-def data(tmp_path: Path) -> ExplorerData:
-    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else ExplorerDomainData())
+def data(tmp_path: Path) -> ExplorerPageData:
+    packed = ExplorerPageData(
+        lambda domain: BACKGROUND if domain == "virtualhome" else DomainDataOfExplorerPage()
+    )
     for run in read_runs([write_runs(tmp_path, all_runs())]):
         packed.add_run(run)
     return packed
 
 
 @pytest.fixture
-def page(data: ExplorerData) -> str:
+def page(data: ExplorerPageData) -> str:
     return "".join(build_explorer_page(data.format_data_as_base64_lines()))
 
 
@@ -65,7 +67,7 @@ def test_each_answer_is_present_and_the_index_has_no_details(page: str) -> None:
     assert "owned" not in json.dumps(read_chunks(page)[-1]["chunks"])
 
 
-def test_the_data_are_the_same_each_time_they_are_asked_for(data: ExplorerData) -> None:
+def test_the_data_are_the_same_each_time_they_are_asked_for(data: ExplorerPageData) -> None:
     assert [*data.format_data_as_base64_lines()] == [*data.format_data_as_base64_lines()]
 
 
@@ -73,7 +75,7 @@ def test_runs_that_share_a_chunk_keep_the_order_of_their_answers(tmp_path: Path)
     """The runs have different numbers of answers, and more runs than a chunk holds."""
     sizes = {"a": 5, "b": 12, "c": 1, "d": 7, "e": 3}
     runs = [action_run(name)[:size] for name, size in sizes.items()]
-    data = ExplorerData()
+    data = ExplorerPageData()
     for run in read_runs([write_runs(tmp_path, [*runs, *all_runs()[3:]])]):
         data.add_run(run)
     content = read_explorer("".join(build_explorer_page(data.format_data_as_base64_lines())))
@@ -87,7 +89,7 @@ def test_runs_that_share_a_chunk_keep_the_order_of_their_answers(tmp_path: Path)
 
 def test_memory_grows_by_little_with_the_number_of_runs(tmp_path: Path) -> None:
     (run,) = read_runs([write_runs(tmp_path, [action_run()])])
-    data = ExplorerData()
+    data = ExplorerPageData()
     memory = []
     tracemalloc.start()
     for number in range(60):
@@ -108,7 +110,7 @@ def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None
     steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=parse_statement("PUT(a, b)")),)
     goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
     answer = replace(action_run()[0], explanation=VerdictExplanation(steps=steps, goals=goals))
-    packed = ExplorerData()
+    packed = ExplorerPageData()
     for run in read_runs([write_runs(tmp_path, [[answer]])]):
         packed.add_run(run)
     content = read_explorer("".join(build_explorer_page(packed.format_data_as_base64_lines())))

@@ -20,8 +20,8 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import LogSamples, Run, RunKey, read_runs
 from eai.studies.report.explorer import (
-    ExplorerData,
-    ExplorerDomainData,
+    DomainDataOfExplorerPage,
+    ExplorerPageData,
     ObjectRectangle,
     SceneDiagrams,
     build_explorer_page,
@@ -50,13 +50,15 @@ ACTIONS = "virtualhome/action_sequencing/strict"
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The explorer of all sample runs, as an address on disk."""
     folder = tmp_path_factory.mktemp("explorer")
-    background = ExplorerDomainData(
+    background = DomainDataOfExplorerPage(
         prompts={"action_sequencing": {"11_1": f"Do this. {HOSTILE}"}},
         operators={"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"},
         instructions={"1_1": "Switch\n it on."},
         find_scenes=course,
     )
-    data = ExplorerData(lambda domain: background if domain == "virtualhome" else ExplorerDomainData())
+    data = ExplorerPageData(
+        lambda domain: background if domain == "virtualhome" else DomainDataOfExplorerPage()
+    )
     for run in read_runs([write_runs(folder, all_runs())]):
         data.add_run(run)
     page = folder / "explorer.html"
@@ -259,7 +261,7 @@ def test_goals_are_marked_as_found_missed_or_invented(page: Any, address: str) -
     assert "sofaa" in lists[3]
 
 
-def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
+def write_episodes(folder: Path, background: DomainDataOfExplorerPage) -> str:
     """Write the explorer of two agents that play the same task, and return its address."""
     suite = open_suite(SWITCHES, ACTING)
     plays = {name: EpisodeFactory(SWITCHES).begin_episode(suite.tasks["both"]) for name in ("good", "poor")}
@@ -267,7 +269,7 @@ def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
         plays["good"].play_command(command, f"I try {command}. {HOSTILE}")
     for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
         plays["poor"].play_command(command)
-    data = ExplorerData(lambda domain: background)
+    data = ExplorerPageData(lambda domain: background)
     logs: Mapping[str, LogSamples] = {"good": ({"both": "a.eval"}, {"both": 2}), "poor": ("b.eval", 1)}
     for name, play in plays.items():
         answer = [Response("both", play.write_as_json_text("stopped"))]
@@ -281,7 +283,7 @@ def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
 
 @pytest.fixture(scope="module")
 def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return write_episodes(tmp_path_factory.mktemp("episodes"), ExplorerDomainData())
+    return write_episodes(tmp_path_factory.mktemp("episodes"), DomainDataOfExplorerPage())
 
 
 def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:

@@ -18,9 +18,9 @@ from eai.results.runs import Run, RunKey
 from eai.studies.report.plots import (
     add_plots_to_report,
     draw_answers_left_after_each_check,
+    draw_executed_steps_or_f1_by_action,
     draw_outcomes,
-    draw_rates_by_action,
-    draw_rates_by_predicate,
+    draw_reached_goals_or_f1_by_predicate,
     draw_success_by_difficulty,
 )
 from eai.studies.report.run_summary import RunSummary, summarize_run
@@ -135,7 +135,7 @@ def test_labels_of_losses_do_not_overlap() -> None:
     assert abs(heights[0] - heights[1]) >= 9
 
 
-@pytest.mark.parametrize("draw", [draw_rates_by_action, draw_rates_by_predicate])
+@pytest.mark.parametrize("draw", [draw_executed_steps_or_f1_by_action, draw_reached_goals_or_f1_by_predicate])
 def test_matrices_of_many_models_fit_a_page(
     draw: Callable[[Sequence[RunSummary]], Figure | None],
 ) -> None:

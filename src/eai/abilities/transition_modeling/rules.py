@@ -23,9 +23,9 @@ from eai.abilities.transition_modeling.extraction import (
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import AnswerSpan, ConfusionCounts, ErrorReport, Unreadable, sum_confusion_counts
-from eai.pddl.check import DeclaredNames, PddlFinding, check_action
+from eai.pddl.check import PddlDeclarations, PddlFinding, check_action
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
-from eai.pddl.matching import OperatorMatch, mark_all_clauses_missing, match_operators
+from eai.pddl.matching import ComparisonWithGoldOperator, mark_all_clauses_missing, match_operators
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import (
     PddlPlanner,
@@ -124,7 +124,7 @@ class OperatorJudgement:
     repairs: tuple[str, ...] = ()
     spans: tuple[AnswerSpan, ...] = ()
     operator_repairs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
+    matches: Mapping[str, ComparisonWithGoldOperator] = field(default_factory=dict)
     error: ErrorReport | None = None
     excluded: TaskExclusion | None = None
 
@@ -206,7 +206,7 @@ _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 """A pair: the readable parts of an operator (None if a part is unreadable), and the operator's defects."""
 
 
-_OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
+_OperatorComparison: TypeAlias = tuple[OperatorReport, ComparisonWithGoldOperator]
 """A pair: the report on an operator of the task, and the operator's comparison with the gold operator."""
 
 
@@ -366,7 +366,7 @@ def _compare_read_operator_with_gold(
 
 
 def _find_pddl_violations(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
-    return check_action(action, DeclaredNames.from_domain(task.domain.header))
+    return check_action(action, PddlDeclarations.from_domain(task.domain.header))
 
 
 def _insert_written_part_into_gold_operator(

@@ -18,7 +18,7 @@ from eai.abilities.transition_modeling.verdict import (
 )
 from eai.abilities.verdict import ALL, ConfusionCounts
 from eai.pddl.check import PddlViolationKind
-from eai.pddl.matching import ClauseComparison, OperatorMatch
+from eai.pddl.matching import ClauseComparison, ComparisonWithGoldOperator
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
 
@@ -177,7 +177,9 @@ def _list_explanation_notes(judgement: OperatorJudgement) -> Iterator[str]:
         yield f"the plan does not work with the data set's operators: {step}{reason}"
 
 
-def _describe_clause_differences(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
+def _describe_clause_differences(
+    report: OperatorReport, match: ComparisonWithGoldOperator | None
+) -> Iterator[str]:
     """Yield texts on the missing and the additional clauses of an operator's precondition and effect.
 
     An unreadable precondition or effect counts as lacking all its clauses.

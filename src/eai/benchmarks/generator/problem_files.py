@@ -15,7 +15,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.bddl import parse_problem
-from eai.pddl.check import DeclaredNames, check_problem
+from eai.pddl.check import PddlDeclarations, check_problem
 from eai.pddl.files import (
     ProblemFile,
     blank_out_comments,
@@ -149,7 +149,7 @@ def _read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     text = read_text(path)
     with prefix_errors_with_location(path):
         problem = parse_problem(text)
-        vocabulary = DeclaredNames.from_domain(domain, problem.objects)
+        vocabulary = PddlDeclarations.from_domain(domain, problem.objects)
         raise_for_findings(text, read_group(text), check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
 

@@ -42,7 +42,7 @@ from eai.results.plots import (
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, name_suite_figure
+from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -340,7 +340,9 @@ def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterat
 def _draw_figures(tables: Sequence[Table]) -> Figures:
     abilities = group_rows_by_suite(tables[1])
     for suite, rows in group_rows_by_suite(tables[3]).items():
-        yield name_suite_figure(suite, "items", draw_difficulties_and_abilities(rows, abilities[suite]))
+        yield add_title_and_file_name_to_suite_figure(
+            suite, "items", draw_difficulties_and_abilities(rows, abilities[suite])
+        )
 
 
 _BINS_PER_UNIT = 2

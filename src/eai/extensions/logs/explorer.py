@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from eai.abilities.explanation import StepReport, parse_statement
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode, LoggedStep
-from eai.studies.report.explorer import ExplorerData, build_explorer_page
+from eai.studies.report.explorer import ExplorerPageData, build_explorer_page
 
 NO_AGENT = "agent not named"
 
@@ -53,7 +53,7 @@ def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[Episod
         episodes: the episodes.
         colors: colours of all outcomes, success first.
     """
-    data = ExplorerData(
+    data = ExplorerPageData(
         outcomes={_replace_blanks_by_underscores(outcome.value): color for outcome, color in colors.items()}
     )
     for episode in episodes:

@@ -35,7 +35,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, push_negations_inwards
 from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, wrap_in_quantifiers
-from eai.pddl.check import DeclaredNames, PddlError, PddlFinding, PddlViolationKind, check_action
+from eai.pddl.check import PddlDeclarations, PddlError, PddlFinding, PddlViolationKind, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
@@ -220,7 +220,7 @@ def _read_and_check_operator(source: OperatorText, header: m.PddlDomain) -> m.Pd
     )
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
-    findings = check_action(action, DeclaredNames.from_domain(header))
+    findings = check_action(action, PddlDeclarations.from_domain(header))
     for finding in findings:
         if finding.offence in _REFUSED:
             return finding

@@ -68,7 +68,7 @@ def _map_objects_to_location_facts(
 
     If several facts place an object, the mapping has the fact with the innermost place.
     """
-    names = {words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names}
+    names = {words.find_predicate_name_in_graphs(name) for name in words.placement_predicate_names}
     support_facts = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {
         name: _compute_nesting_depth(name, support_facts, frozenset()) for name in graph.mentioned_objects

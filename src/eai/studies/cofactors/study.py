@@ -51,7 +51,7 @@ from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, name_suite_figure
+from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -113,7 +113,7 @@ def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: Ans
     return [
         _make_feature_effects_table(suites),
         _make_correlations_table(judged, get_share),
-        _make_score_curves(judged, get_share, bin_width),
+        _make_scores_by_feature_bin_table(judged, get_share, bin_width),
         _make_actions_table(tables.steps),
         _make_predicates_table(tables.goals),
     ]
@@ -143,7 +143,7 @@ def _find_bin_between_powers_of_ten(value: int) -> tuple[int, int]:
 
 
 @collect_rows_in_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
-def _make_score_curves(
+def _make_scores_by_feature_bin_table(
     suites: _AnswersBySuite, get_share: _ShareGetter, bin_width: int, few: int = MIN_TASKS
 ) -> Iterator[Row]:
     """Score by feature.
@@ -165,15 +165,15 @@ def _make_score_curves(
                     binned = group_pairs(
                         (bin_of(value), make_task_rate_contribution(a, get_share(a))) for value, a in pairs
                     )
-                    yield from [(*suite, model, feature, *row) for row in _make_score_curve_rows(binned, few)]
+                    yield from [(*suite, model, feature, *row) for row in _make_feature_bin_rows(binned, few)]
 
 
-def _make_score_curve_rows(
-    cases_by_bin: Mapping[tuple[int, int], Sequence[TaskRateContribution]], few_tasks: int
+def _make_feature_bin_rows(
+    cases_by_bin: Mapping[tuple[int, int], Sequence[TaskRateContribution]], min_tasks: int
 ) -> Iterator[Row]:
     for (low, high), cases in sorted(cases_by_bin.items()):
         tasks = len({case.task for case in cases})
-        yield low, high, Estimate.from_task_rate_contributions(cases), tasks, tasks < few_tasks
+        yield low, high, Estimate.from_task_rate_contributions(cases), tasks, tasks < min_tasks
 
 
 @collect_rows_in_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
@@ -295,7 +295,7 @@ def _compute_success_rates(
             )
 
 
-class _TaskFeatureOptions(Options):
+class _ScoreByFeatureOptions(Options):
     """How success is compared with features of tasks.
 
     Attributes:
@@ -307,7 +307,7 @@ class _TaskFeatureOptions(Options):
     measure: AnswerScoreName = "score"
 
 
-def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) -> Iterator[Analysis]:
+def _analyze_task_features(records: StudyRecords, options: _ScoreByFeatureOptions) -> Iterator[Analysis]:
     tables = make_task_feature_tables(
         records.make_tidy_tables_of_comparable_runs(), bin_width=options.bins, measure=options.measure
     )
@@ -317,15 +317,17 @@ def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) 
 def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerScoreName) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
-        yield name_suite_figure(suite, "curves", draw_success_by_feature(rows, f"{measure}, percent"))
+        yield add_title_and_file_name_to_suite_figure(
+            suite, "curves", draw_success_by_feature(rows, f"{measure}, percent")
+        )
     for suite, rows in group_rows_by_suite(adjusted).items():
-        yield name_suite_figure(suite, "adjusted", draw_feature_effects(rows))
+        yield add_title_and_file_name_to_suite_figure(suite, "adjusted", draw_feature_effects(rows))
     for suite, rows in group_rows_by_suite(by_action).items():
         figure = draw_rates_by_name(rows, "action", "executed", "executed of the steps tried")
-        yield name_suite_figure(suite, "by_action", figure)
+        yield add_title_and_file_name_to_suite_figure(suite, "by_action", figure)
     for suite, rows in group_rows_by_suite(by_predicate).items():
         figure = draw_rates_by_name(rows, "predicate", "reached", "reached of the goals that mention it")
-        yield name_suite_figure(suite, "by_predicate", figure)
+        yield add_title_and_file_name_to_suite_figure(suite, "by_predicate", figure)
 
 
 DRAWN_FEATURES = (
@@ -417,7 +419,7 @@ def draw_feature_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
 COFACTORS = Study(
     "cofactors",
     "Success against what tasks are like, and what is left of each feature beside the others.",
-    choices=_TaskFeatureOptions,
+    choices=_ScoreByFeatureOptions,
     analyze=_analyze_task_features,
     included_in_all=True,
 )

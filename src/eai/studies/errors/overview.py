@@ -72,7 +72,7 @@ _WorldAbility: TypeAlias = tuple[str, str]
 _Name = TypeVar("_Name")
 
 
-def draw_outcome_flows(table: Table) -> Iterator[tuple[str, Figure]]:
+def draw_sankey_diagrams_of_outcomes(table: Table) -> Iterator[tuple[str, Figure]]:
     """Draw how many answers of each suite (benchmark and ability) end in each outcome, as flows.
 
     Yield a file name and a figure for each protocol (scoring rules) with answers to two suites or more.
@@ -84,15 +84,17 @@ def draw_outcome_flows(table: Table) -> Iterator[tuple[str, Figure]]:
             counts[suite, outcome] += _read_count(row["answers"])
             needless[outcome] += _read_count(row["with_additional_steps"])
         if len({suite for suite, _ in counts}) > 1:
-            yield f"flow-all-{protocol}", _draw_outcome_flows_of_protocol(counts, needless, protocol)
+            yield f"flow-all-{protocol}", _draw_sankey_diagram_of_outcomes(counts, needless, protocol)
 
 
 def _read_count(cell: object) -> int:
     return cell if isinstance(cell, int) else 0
 
 
-def _draw_outcome_flows_of_protocol(
-    counts: Mapping[tuple[_WorldAbility, str], int], with_extra_steps: Mapping[str, int], protocol: str
+def _draw_sankey_diagram_of_outcomes(
+    counts: Mapping[tuple[_WorldAbility, str], int],
+    answers_with_additional_steps: Mapping[str, int],
+    protocol: str,
 ) -> Figure:
     """Draw suites as bars on the left, outcomes as bars on the right, and bands of answers between them."""
     total = sum(counts.values())
@@ -115,7 +117,9 @@ def _draw_outcome_flows_of_protocol(
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.center_y, text, fontsize=6.5, ha="right", va="center", color=INK)
-    _draw_outcome_bars(panel, outcome_bars, {name: 100 * with_extra_steps[name] / total for name in outcomes})
+    _draw_outcome_bars(
+        panel, outcome_bars, {name: 100 * answers_with_additional_steps[name] / total for name in outcomes}
+    )
     panel.set_xlim(-1.0, 2.2)
     return figure
 

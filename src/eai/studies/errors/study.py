@@ -42,9 +42,9 @@ from eai.results.plots import (
     make_figure,
 )
 from eai.results.table import Cell, Estimate, Row, Table, TextCell, collect_rows_in_table
-from eai.studies.errors.overview import draw_outcome_flows, make_outcome_counts_table
+from eai.studies.errors.overview import draw_sankey_diagrams_of_outcomes, make_outcome_counts_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, name_suite_figure
+from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -111,7 +111,7 @@ def make_error_tables(
     return [
         _make_outcomes_table(counted),
         _make_failed_checks_table(counted),
-        _make_additional_steps_table(counted),
+        _make_unnecessary_steps_table(counted),
         _make_clauses_table(clauses),
         _make_predicates_table(clauses),
         _make_examples_table(counted, examples, explorer),
@@ -159,7 +159,7 @@ def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 
 @collect_rows_in_table("additional", (*SUITE, MODEL, "answers", "steps"))
-def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_unnecessary_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Additional steps.
 
     Answers with at least one unnecessary step, in percent, and the number of unnecessary steps. An
@@ -279,13 +279,13 @@ class _ErrorAnalysisOptions(Options):
 
 
 def _analyze_errors(records: StudyRecords, chosen: _ErrorAnalysisOptions) -> Iterator[Analysis]:
-    explorer = _make_relative_explorer_address(chosen.explorer, records.folder)
+    explorer = _make_relative_link_to_explorer_page(chosen.explorer, records.folder)
     tidy = records.make_tidy_tables_of_comparable_runs(features=False)
     tables = make_error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
     yield Analysis(tables, _draw_error_figures(tables))
 
 
-def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str | None:
+def _make_relative_link_to_explorer_page(explorer: Path | None, folder: Path) -> str | None:
     """Return the address of an explorer page, relative to a folder.
 
     Raises:
@@ -300,15 +300,15 @@ def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str 
 
 def _draw_error_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
-    yield from draw_outcome_flows(tables[-1])
+    yield from draw_sankey_diagrams_of_outcomes(tables[-1])
     for suite, rows in group_rows_by_suite(leaves).items():
-        yield name_suite_figure(suite, "flow", draw_answer_outcomes(rows))
+        yield add_title_and_file_name_to_suite_figure(suite, "flow", draw_answer_outcomes(rows))
         levels = ("stage", "kind", "detail")
-        yield name_suite_figure(
+        yield add_title_and_file_name_to_suite_figure(
             suite, "leaves", draw_rate_matrix(rows, levels, "answers", "percent of answers")
         )
     for suite, rows in group_rows_by_suite(checks).items():
-        yield name_suite_figure(
+        yield add_title_and_file_name_to_suite_figure(
             suite, "why", draw_rates_by_name(rows, "check", "share", "share of runtime errors")
         )
 
@@ -337,7 +337,9 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         rows: the rows of one suite in the table `leaves` (shares of answers by outcome).
     """
     first = rows[0]["model"] if rows else None
-    cells = {_read_error_category_from_row(row): row["answers"] for row in rows if row["model"] == first}
+    cells = {
+        _read_error_stage_and_label_from_row(row): row["answers"] for row in rows if row["model"] == first
+    }
     shares = {leaf: get_value_of_cell(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
@@ -371,7 +373,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     return figure
 
 
-def _read_error_category_from_row(row: Mapping[str, Cell]) -> tuple[str, str]:
+def _read_error_stage_and_label_from_row(row: Mapping[str, Cell]) -> tuple[str, str]:
     parts = [str(row[level]).replace("_", " ") for level in ("kind", "detail") if row[level]]
     return str(row["stage"]), ": ".join(parts)
 

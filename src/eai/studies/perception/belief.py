@@ -44,7 +44,7 @@ def replace_scenes_of_benchmark(benchmark: Benchmark, graphs: Mapping[str, Scene
     """
     words = make_scene_graph_vocabulary(benchmark)
 
-    def replace_scene_of_task(task: Task) -> Task:
+    def replace_scene_by_perceived_scene(task: Task) -> Task:
         graph = graphs.get(task.id)
         if graph is None:
             return task
@@ -53,7 +53,7 @@ def replace_scenes_of_benchmark(benchmark: Benchmark, graphs: Mapping[str, Scene
         goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
-    return benchmark.with_changed_tasks(replace_scene_of_task)
+    return benchmark.with_changed_tasks(replace_scene_by_perceived_scene)
 
 
 def replace_scene_by_scene_graph(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Task:
@@ -64,7 +64,7 @@ def replace_scene_by_scene_graph(task: Task, words: SceneGraphVocabulary, graph:
     perceived_scene = _PerceivedScene(task, words, graph)
     return replace(
         task,
-        initial=perceived_scene.make_state(true_graph),
+        initial=perceived_scene.make_perceived_state(true_graph),
         relevant=perceived_scene.list_relevant_object_indices(),
     )
 
@@ -79,7 +79,7 @@ class _PerceivedScene:
         names = words.list_object_names(task)
         self._index = {name: index for index, name in enumerate(names)}
         self._invented = {
-            name: self._find_similar_object(name)
+            name: self._find_index_of_similarly_named_object(name)
             for name in graph.mentioned_objects
             if name not in self._index
         }
@@ -91,7 +91,7 @@ class _PerceivedScene:
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
-    def make_state(self, true_graph: SceneGraph) -> State:
+    def make_perceived_state(self, true_graph: SceneGraph) -> State:
         index, seen = self._index, set(self._graph.facts)
         undescribed = set(self._task.initial.facts()) - {
             self._convert_to_fact_of_state(fact) for fact in true_graph.facts
@@ -113,7 +113,7 @@ class _PerceivedScene:
         return self._make_scene().state([*kept, *perceived, *copied])
 
     def _select_jointly_possible_facts(
-        self, facts: Sequence[SceneGraphFact], described: set[SceneGraphFact]
+        self, facts: Sequence[SceneGraphFact], true_facts: set[SceneGraphFact]
     ) -> Iterator[SceneGraphFact]:
         """Yield the facts of a list that can all be true in one state.
 
@@ -128,12 +128,16 @@ class _PerceivedScene:
             if form in forms
         }
         supports = SupportRelation(
-            frozenset(words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names)
+            frozenset(words.find_predicate_name_in_graphs(name) for name in words.placement_predicate_names)
         )
         for fact in facts:
             if words.predicate_by_name_in_graphs[fact.predicate] not in words.stored_forms:
                 continue
-            if fact not in described and fact.predicate in single and supports.would_add_second_support(fact):
+            if (
+                fact not in true_facts
+                and fact.predicate in single
+                and supports.would_add_second_support(fact)
+            ):
                 continue
             if not supports.would_close_cycle(fact):
                 supports.add_fact(fact)
@@ -159,7 +163,7 @@ class _PerceivedScene:
             )
         return Scene(scene.vocabulary, objects, scene.agent)
 
-    def _find_similar_object(self, name: str) -> int | None:
+    def _find_index_of_similarly_named_object(self, name: str) -> int | None:
         """Return the first object of the prompt with a name that differs at most in its number, or None."""
         stem = _STEM.sub("", name)
         names = self._words.list_object_names(self._task)

@@ -49,7 +49,7 @@ SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, A
 """Abilities (kinds of question) whose questions describe a scene, in the order of reports."""
 
 
-def _parse_noise_option(option: object) -> object:
+def _parse_error_rates_of_noisy_scene(option: object) -> object:
     """Return the error rates of a noisy scene, from a table or from texts such as ``missing=0.1``."""
     if isinstance(option, Mapping):
         option = [f"{name}={rate}" for name, rate in option.items()]
@@ -58,7 +58,7 @@ def _parse_noise_option(option: object) -> object:
     return parse_noise([str(setting) for setting in option]) if isinstance(option, list | tuple) else option
 
 
-class SceneOptions(VariationOptions):
+class ScenePresentationOptions(VariationOptions):
     """How the questions of a run show the scene.
 
     Raises:
@@ -86,7 +86,7 @@ class SceneOptions(VariationOptions):
     context: Clutter | None = None
     images: Path | None = None
     clutter: Clutter | None = None
-    noise: Annotated[PerceptionNoise | None, BeforeValidator(_parse_noise_option)] = None
+    noise: Annotated[PerceptionNoise | None, BeforeValidator(_parse_error_rates_of_noisy_scene)] = None
     scene_model: str | None = None
     scene_args: Arguments = Field(default={})
     scene_base_url: WebAddress | None = None
@@ -133,14 +133,14 @@ class SceneOptions(VariationOptions):
         """
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._label_of_context_option else ""
+        return f"perception.context {self.context}" if self._label_of_additional_facts else ""
 
     @property
     def results_heading(self) -> str:
         """Heading above the results of a run. It names the format in which questions show the scene."""
-        return f"scene: {self.options_label}"
+        return f"scene: {self.label_of_chosen_options}"
 
-    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
         """Return None. Records get these options with the scenes (`GoalsAndScenesStatedInPrompts.experiment`)."""
         return None
 
@@ -191,23 +191,23 @@ class SceneOptions(VariationOptions):
         return [ability for ability in possible if ability in (requested or SCENE_ABILITIES)]
 
     @property
-    def options_label(self) -> str:
+    def label_of_chosen_options(self) -> str:
         """Short text that names the chosen options, different for each choice."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_context_option}"
+        return f"{self.scene}{who}{self._label_of_picture_source_or_clutter}{self._label_of_additional_facts}"
 
-    def copy_with_pictures_only(self) -> Self:
+    def make_options_with_pictures_only(self) -> Self:
         """Return options for questions that ask a model to describe the scenes: same pictures, no text."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _label_of_context_option(self) -> str:
+    def _label_of_additional_facts(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
-    def _label_of_pictures(self) -> str:
+    def _label_of_picture_source_or_clutter(self) -> str:
         if self.images is not None:
             return "-own"
         return "" if self.clutter in (None, "none") else f"-{self.clutter}"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def make_perception_rate_contributions(perceived: PerceptionErrors) -> dict[str, Share]:
+def make_numerator_and_denominator_by_rate(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     Two rates are from the paper. ``predicate_error`` is the share of true facts that the graph lacks or
@@ -94,7 +94,7 @@ def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """
     shares = {
         "right": make_rate_contribution_of_answer(verdict.success),
-        **make_perception_rate_contributions(verdict.seen),
+        **make_numerator_and_denominator_by_rate(verdict.seen),
         "parsing": make_rate_contribution_of_answer(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():

@@ -22,10 +22,10 @@ from eai.world.fault import FaultKind
 
 def make_scorer_factory(words: SceneGraphVocabulary) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task's scene graphs, which use the names in ``words``."""
-    return partial(_SceneGraphScorer, words)
+    return partial(_SceneGraphAnswerScorer, words)
 
 
-class _SceneGraphScorer(Scorer):
+class _SceneGraphAnswerScorer(Scorer):
     def __init__(self, words: SceneGraphVocabulary, task: Task) -> None:
         self._words, self._task = words, task
 
@@ -34,7 +34,7 @@ class _SceneGraphScorer(Scorer):
 
         An unreadable answer counts as an empty scene graph.
         """
-        graph = read_scene_graph(text, self._words.arity_by_name_in_graphs)
+        graph = read_scene_graph(text, self._words.arity_by_predicate_name_in_graphs)
         seen = find_perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
             error=None

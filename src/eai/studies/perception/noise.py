@@ -130,7 +130,7 @@ class _NoisySceneGraphMaker:
         self._true_facts = {
             words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names]
+        supports = [words.find_predicate_name_in_graphs(name) for name in words.placement_predicate_names]
         self._supports = SupportRelation(frozenset(supports))
 
     def perceive_scene(self) -> SceneGraph:
@@ -148,7 +148,7 @@ class _NoisySceneGraphMaker:
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
         in_order += self._draw_untrue_facts(visible, in_order)
-        doubles = dict(self._draw_objects_with_duplicates())
+        doubles = dict(self._draw_objects_and_duplicate_names())
         in_order += [
             extra
             for name in doubles
@@ -199,7 +199,7 @@ class _NoisySceneGraphMaker:
 
     def _draw_random_fact(self, generator: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
         predicate = generator.choice(predicates)
-        arity = self._words.arity_by_name_in_graphs[predicate]
+        arity = self._words.arity_by_predicate_name_in_graphs[predicate]
         return SceneGraphFact(
             predicate, tuple([generator.choice(self._described_names) for _ in range(arity)])
         )
@@ -216,7 +216,7 @@ class _NoisySceneGraphMaker:
             and not self._supports.would_close_cycle(fact)
         )
 
-    def _draw_objects_with_duplicates(self) -> Iterator[tuple[str, str]]:
+    def _draw_objects_and_duplicate_names(self) -> Iterator[tuple[str, str]]:
         """Yield the name of each object to which noise adds a duplicate, with the name of the duplicate."""
         taken = set(self._names)
         for name in self._seen_names:

@@ -166,7 +166,9 @@ class SceneGraphVocabulary:
     def __init__(self, wording: SuiteWording) -> None:
         vocabulary = wording.domain.vocabulary
         self.wording = wording
-        forms = {name: find_stored_predicate_that_implies(vocabulary, name) for name in wording.predicates}
+        forms = {
+            name: find_implying_predicate_stored_in_states(vocabulary, name) for name in wording.predicates
+        }
         self.stored_forms: Mapping[str, str] = {
             name: form for name, form in forms.items() if form is not None
         }
@@ -177,12 +179,12 @@ class SceneGraphVocabulary:
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
-    def support_predicate_names(self) -> tuple[str, ...]:
+    def placement_predicate_names(self) -> tuple[str, ...]:
         """Names in the domain of the predicates by which prompts place an object in, on or under another."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
-    def arity_by_name_in_graphs(self) -> Mapping[str, int]:
+    def arity_by_predicate_name_in_graphs(self) -> Mapping[str, int]:
         """Number of objects of each predicate, by the predicate's name in scene graphs."""
         arity = self.wording.domain.vocabulary.find_arity
         return {
@@ -237,7 +239,7 @@ class SceneGraphVocabulary:
         return tuple([name for name, form in self.stored_forms.items() if form in wanted])
 
 
-def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -> str | None:
+def find_implying_predicate_stored_in_states(vocabulary: Vocabulary, predicate: str) -> str | None:
     """Return a stored predicate that implies a predicate for the same arguments, or None.
 
     States contain the facts of stored predicates. A stored predicate that actions can change implies itself.
@@ -252,7 +254,7 @@ def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -
         return None
     for atom in _iterate_positive_atoms(defined.definition):
         if atom.predicate != predicate and atom.arguments == defined.parameters:
-            form = find_stored_predicate_that_implies(vocabulary, atom.predicate)
+            form = find_implying_predicate_stored_in_states(vocabulary, atom.predicate)
             if form is not None:
                 return form
     return None

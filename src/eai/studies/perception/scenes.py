@@ -21,11 +21,11 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import GoalsAndScenesStatedInPrompts
 from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scene_by_scene_graph
-from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
+from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, ScenePresentationOptions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneGraphVocabulary, read_scene_graph
-from eai.studies.variation import Endpoint, StageBeforeQuestions
+from eai.studies.variation import ModelEndpoint, StageThatObtainsGoalsOrScenes
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask, Image
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Task
@@ -41,7 +41,7 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_beliefs_with_scene_format(
+def _combine_scenes_with_recorded_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> GoalsAndScenesStatedInPrompts:
     """Combine the scenes that questions show (``beliefs``) with the scene format that records store."""
@@ -52,13 +52,16 @@ def _make_beliefs_with_scene_format(
     return GoalsAndScenesStatedInPrompts(beliefs, experiment, lacking, **further_fields)
 
 
-def make_scene_beliefs(
-    label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
+def make_scenes_for_prompts_from_graphs(
+    scene_format_label: str,
+    tasks: Mapping[str, Task],
+    words: SceneGraphVocabulary,
+    graphs: Mapping[str, SceneGraph],
 ) -> GoalsAndScenesStatedInPrompts:
     """Return scenes that scene graphs describe; questions state them instead of the true scenes.
 
     Args:
-        label: name of the scene format, which becomes part of the run's name.
+        scene_format_label: name of the scene format, which becomes part of the run's name.
         tasks: the tasks.
         words: the names of predicates and objects in scene graphs.
         graphs: the scene graphs by task id; tasks without a graph are left out.
@@ -70,26 +73,37 @@ def make_scene_beliefs(
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
     about = {i: {SCENE: graph.json_text} for i, graph in graphs.items()}
-    return _make_beliefs_with_scene_format(
-        label, beliefs, metadata=about, summaries={i: {STUDY: summary} for i, summary in errors.items()}
+    return _combine_scenes_with_recorded_format(
+        scene_format_label,
+        beliefs,
+        metadata=about,
+        summaries={i: {STUDY: summary} for i, summary in errors.items()},
     )
 
 
-def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> GoalsAndScenesStatedInPrompts:
-    """Read scene graphs, and return the scenes that they describe (`make_scene_beliefs`).
+def read_scene_graphs_for_prompts(
+    scene_format_label: str, suite: Suite, graph_texts: Mapping[str, str]
+) -> GoalsAndScenesStatedInPrompts:
+    """Read scene graphs, and return the scenes that they describe (`make_scenes_for_prompts_from_graphs`).
 
     Args:
-        label: name of the scene format, which becomes part of the run's name.
+        scene_format_label: name of the scene format, which becomes part of the run's name.
         suite: the suite of the tasks.
-        texts: mapping from task ids to the texts of scene graphs.
+        graph_texts: mapping from task ids to the texts of scene graphs.
     """
     words = make_scene_graph_vocabulary(suite.benchmark)
-    read = {task_id: read_scene_graph(text, words.arity_by_name_in_graphs) for task_id, text in texts.items()}
-    return make_scene_beliefs(label, suite.tasks, words, read)
+    read = {
+        task_id: read_scene_graph(text, words.arity_by_predicate_name_in_graphs)
+        for task_id, text in graph_texts.items()
+    }
+    return make_scenes_for_prompts_from_graphs(scene_format_label, suite.tasks, words, read)
 
 
-def make_scene_beliefs_without_captioner(
-    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
+def make_scenes_for_prompts_without_model(
+    options: ScenePresentationOptions,
+    benchmark: Benchmark,
+    tasks: Mapping[str, Task],
+    templates: PromptTemplates,
 ) -> GoalsAndScenesStatedInPrompts:
     """Return the scenes that questions show, in any format but ``predicted``, which needs a second model.
 
@@ -106,57 +120,68 @@ def make_scene_beliefs_without_captioner(
         words = make_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
         return replace(
-            make_scene_beliefs(options.options_label, tasks, words, seen), perceive_changed_scene=look
+            make_scenes_for_prompts_from_graphs(options.label_of_chosen_options, tasks, words, seen),
+            perceive_changed_scene=look,
         )
-    return _make_beliefs_with_scene_format(
-        options.options_label,
-        _describe_true_scenes(options, benchmark, tasks, templates),
+    return _combine_scenes_with_recorded_format(
+        options.label_of_chosen_options,
+        _show_true_scenes_as_text_or_pictures(options, benchmark, tasks, templates),
         perceive_changed_scene=look,
     )
 
 
-def _describe_true_scenes(
-    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
+def _show_true_scenes_as_text_or_pictures(
+    options: ScenePresentationOptions,
+    benchmark: Benchmark,
+    tasks: Mapping[str, Task],
+    templates: PromptTemplates,
 ) -> dict[str, BelievedTask]:
     """Return by task id the scenes without errors as questions show them: as text, as pictures, or both."""
     if options.scene == "text":
         said = {
-            i: _add_further_facts(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
+            i: _append_unlisted_facts_if_requested(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
             for i, task in tasks.items()
         }
         return {i: BelievedTask(task, initial=said[i]) for i, task in tasks.items()}
     images = _load_task_pictures(options, benchmark, tasks)
     texts = {i: _describe_pictures(options.scene, tasks[i], benchmark, templates) for i in images}
-    said = {i: _add_further_facts(text, options, tasks[i], benchmark, templates) for i, text in texts.items()}
+    said = {
+        i: _append_unlisted_facts_if_requested(text, options, tasks[i], benchmark, templates)
+        for i, text in texts.items()
+    }
     return {i: BelievedTask(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
 def _perceive_scene_before_attempt(
-    options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
+    options: ScenePresentationOptions,
+    benchmark: Benchmark,
+    templates: PromptTemplates,
+    changed_task: Task,
+    attempt: int,
 ) -> tuple[BelievedTask, Mapping[str, str]]:
     """Return the scene for the question of the next attempt, as actions have changed it, with metadata.
 
     With noise, errors in the scene are drawn again, and the metadata has the text of the scene graph.
     """
     if options.noise is None:
-        return _describe_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
-            changed_task.id
-        ], {}
+        return _show_true_scenes_as_text_or_pictures(
+            options, benchmark, {changed_task.id: changed_task}, templates
+        )[changed_task.id], {}
     words = make_scene_graph_vocabulary(benchmark)
     seen = perceive_with_noise(changed_task, words, options.noise, str(attempt))
     return BelievedTask(replace_scene_by_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
 
 
-def _add_further_facts(
-    text: str, options: SceneOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
+def _append_unlisted_facts_if_requested(
+    text: str, options: ScenePresentationOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     if options.context in (None, "none"):
         return text
     words = make_scene_graph_vocabulary(benchmark)
-    return f"{text}\n\n{describe_further_facts(task, words, options.context, templates)}"
+    return f"{text}\n\n{describe_unlisted_facts_and_untrue_states(task, words, options.context, templates)}"
 
 
-def describe_further_facts(
+def describe_unlisted_facts_and_untrue_states(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
     """Return a text with objects and facts that the scene in a question leaves out, and with untrue states.
@@ -198,7 +223,7 @@ def choose_distractor_objects(
     """
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
-    supports = [state.relation(words.stored_forms[name]) for name in words.support_predicate_names]
+    supports = [state.relation(words.stored_forms[name]) for name in words.placement_predicate_names]
     near = {
         i for relation in supports for index in shown_objects for i in iterate_bits(relation.column(index))
     }
@@ -217,7 +242,7 @@ def _describe_pictures(
         )
     if scene != "pointed":
         return text
-    where: Mapping[int, tuple[int, int, int]] = _load_picture_extension(
+    where: Mapping[int, tuple[int, int, int]] = _load_module_that_makes_pictures(
         "rendered_pictures", scene
     ).map_objects_to_positions_in_pictures(task)
     lines = [
@@ -228,21 +253,21 @@ def _describe_pictures(
     return "\n".join([text, *lines])
 
 
-def _load_picture_extension(name: str, scene: SceneFormat) -> Any:
+def _load_module_that_makes_pictures(name: str, scene: SceneFormat) -> Any:
     return load_from_extension(name, f"perception.scene {scene}")
 
 
 def _load_task_pictures(
-    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task]
+    options: ScenePresentationOptions, benchmark: Benchmark, tasks: Mapping[str, Task]
 ) -> Mapping[str, tuple[Image, ...]]:
     if options.images is not None:
         return read_images(options.images, tasks)
     images: Mapping[str, tuple[Image, ...]]
     if options.scene in ("rendered", "numbered", "pointed"):
-        rendered = _load_picture_extension("rendered_pictures", options.scene)
+        rendered = _load_module_that_makes_pictures("rendered_pictures", options.scene)
         images = rendered.render_images_of_tasks(tasks, numbered=options.scene == "numbered")
     else:
-        diagrams = _load_picture_extension("diagrams", options.scene)
+        diagrams = _load_module_that_makes_pictures("diagrams", options.scene)
         images = diagrams.draw_task_images(benchmark, tasks, options.clutter or "none")
     return images
 
@@ -277,7 +302,9 @@ def _find_task_of_file(stem: str, task_ids: Sequence[str]) -> str | None:
     return max(begun, key=len, default=None)
 
 
-def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
+def _raise_if_published_prompts_are_used(
+    options: ScenePresentationOptions, library: PromptLibrary, suite: Suite
+) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
@@ -289,8 +316,11 @@ def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, sui
         )
 
 
-def collect_scene_beliefs(
-    options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+def collect_scenes_for_prompts(
+    options: ScenePresentationOptions,
+    stage: StageThatObtainsGoalsOrScenes,
+    endpoint: ModelEndpoint,
+    suite: Suite,
 ) -> GoalsAndScenesStatedInPrompts:
     """Return the scenes that the questions of a run show.
 
@@ -302,33 +332,33 @@ def collect_scene_beliefs(
         InputError: the run uses published prompts, which show scenes only in their own format; or a picture
             is missing.
     """
-    _refuse_published_prompts(options, stage.library, suite)
+    _raise_if_published_prompts_are_used(options, stage.library, suite)
     key = (suite.domain,)
     if key not in stage.found_beliefs:
         if options.scene == "predicted":
-            stage.found_beliefs[key] = _ask_captioner(options, stage, suite)
+            stage.found_beliefs[key] = _ask_model_to_list_scenes_in_pictures(options, stage, suite)
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = make_scene_beliefs_without_captioner(
+            stage.found_beliefs[key] = make_scenes_for_prompts_without_model(
                 options, suite.benchmark, tasks, templates
             )
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(
-    options: SceneOptions, stage: StageBeforeQuestions, suite: Suite
+def _ask_model_to_list_scenes_in_pictures(
+    options: ScenePresentationOptions, stage: StageThatObtainsGoalsOrScenes, suite: Suite
 ) -> GoalsAndScenesStatedInPrompts:
     """Ask a second model (the captioner) to list the scenes in pictures, and return the listed scenes."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
-    pictured = StageBeforeQuestions(
+    pictured = StageThatObtainsGoalsOrScenes(
         stage.library,
         stage.task_ids,
         stage.ask,
-        partial(collect_scene_beliefs, options.copy_with_pictures_only()),
+        partial(collect_scenes_for_prompts, options.make_options_with_pictures_only()),
     )
-    captioner = Endpoint(str(options.scene_model), options.scene_args, options.scene_base_url)
+    captioner = ModelEndpoint(str(options.scene_model), options.scene_args, options.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]
-    prompts, _ = pictured.make_prompts(captioner, task_ids, graph_suite)
+    prompts, _ = pictured.make_prompts_with_goals_and_scenes(captioner, task_ids, graph_suite)
     answers = stage.ask_for_answers(captioner, prompts, graph_suite, first=pictured, epochs=1)
-    return read_scene_beliefs(options.options_label, suite, answers)
+    return read_scene_graphs_for_prompts(options.label_of_chosen_options, suite, answers)

@@ -27,13 +27,13 @@ from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import make_contributions_by_metric
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
-from eai.studies.perception.choice import STUDY, SceneOptions
-from eai.studies.perception.declaration import make_perception_rate_contributions
+from eai.studies.perception.choice import STUDY, ScenePresentationOptions
+from eai.studies.perception.declaration import make_numerator_and_denominator_by_rate
 from eai.studies.perception.steps import compute_mean_steps
 from eai.studies.perception.verdict import PerceptionErrors
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, choose_metric, name_run_figure
-from eai.studies.variation import AskModel, StageBeforeQuestions
+from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_run_figure, choose_metric
+from eai.studies.variation import AskModel, StageThatObtainsGoalsOrScenes
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -46,17 +46,19 @@ if TYPE_CHECKING:
     from eai.results.runs import RunKey
 
 
-class _PerceptionRunOptions(SceneOptions):
+class _PerceptionRunOptions(ScenePresentationOptions):
     """Options for the scene in a run's questions. They also make the stage that obtains these scenes."""
 
-    def make_stage_that_obtains_beliefs(
+    def make_stage_that_obtains_goals_or_scenes(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
-    ) -> StageBeforeQuestions:
+    ) -> StageThatObtainsGoalsOrScenes:
         """Return the stage that obtains the scenes (its beliefs) for a run's questions."""
         # Only runs import this module.
-        from eai.studies.perception.scenes import collect_scene_beliefs
+        from eai.studies.perception.scenes import collect_scenes_for_prompts
 
-        return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
+        return StageThatObtainsGoalsOrScenes(
+            library, task_ids_by_domain, ask, partial(collect_scenes_for_prompts, self)
+        )
 
 
 PLAIN = "text"
@@ -87,7 +89,7 @@ class _TaskWithPerceptionErrors:
     @property
     def percent_of_facts_missing(self) -> float:
         """Share of described facts that are missing or misplaced, in percent; 0 if no fact is described."""
-        return Rate(*make_perception_rate_contributions(self.perceived)["predicate_error"]).percent or 0.0
+        return Rate(*make_numerator_and_denominator_by_rate(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
     def perception_error_kinds(self) -> frozenset[str]:
@@ -132,19 +134,19 @@ class _RunsBySceneFormat:
         """The tasks of all runs with their perception errors; see `list_tasks_with_perception_errors`."""
         return [task for name in self.runs for task in self.list_tasks_with_perception_errors(name)]
 
-    def list_tasks_with_perception_errors(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
+    def list_tasks_with_perception_errors(self, scene_format_of_run: str) -> list[_TaskWithPerceptionErrors]:
         """Return the tasks of a run whose records have perception errors, with their values of the metric."""
-        cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
+        cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format_of_run)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])
-            for record in self.runs[scene_format]
+            for record in self.runs[scene_format_of_run]
             if (perceived := read_study_summary(record, STUDY, PerceptionErrors)) is not None
             and record.task_id in cases
         ]
 
-    def list_task_contributions_to_metric(self, scene_format: str) -> TaskRateContributions:
+    def list_task_contributions_to_metric(self, scene_format_of_run: str) -> TaskRateContributions:
         """Return the numerator and denominator that each task of a run adds to the metric."""
-        records = self.runs[scene_format]
+        records = self.runs[scene_format_of_run]
         return make_contributions_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
@@ -233,7 +235,7 @@ def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
     """Return the rates of errors in a run's perceived scenes, in percent with intervals."""
     if not tasks:
         return [Estimate(None)] * len(_RATES)
-    shares = [(task, make_perception_rate_contributions(task.perceived)) for task in tasks]
+    shares = [(task, make_numerator_and_denominator_by_rate(task.perceived)) for task in tasks]
     return [
         Estimate.from_task_rate_contributions(
             [task.make_contribution_to_rate(of_task[name]) for task, of_task in shares]
@@ -371,7 +373,9 @@ def _make_key_without_scene(key: RunKey) -> str:
 
 
 def _draw_error_rate_figure(table_of_runs: Table, metric: str, key: RunKey) -> Figures:
-    yield name_run_figure(key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric))
+    yield add_title_and_file_name_to_run_figure(
+        key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric)
+    )
 
 
 def draw_success_by_error_rate(table_of_runs: Table, metric: str) -> Figure:
@@ -410,12 +414,12 @@ def _summarize_perception_errors(
 ) -> Mapping[str, Json]:
     """Return what the record of an answer stores: the errors in the scene graph that the question stated."""
     from eai.studies.perception.scene_graph import SCENE
-    from eai.studies.perception.scenes import read_scene_beliefs
+    from eai.studies.perception.scenes import read_scene_graphs_for_prompts
 
     if SCENE not in question_metadata:
         return {}
     scenes = {record.task_id: question_metadata[SCENE]}
-    beliefs = read_scene_beliefs(record.settings_by_study[STUDY].options["scene"], suite, scenes)
+    beliefs = read_scene_graphs_for_prompts(record.settings_by_study[STUDY].options["scene"], suite, scenes)
     return beliefs.summaries[record.task_id][STUDY]
 
 

@@ -60,7 +60,7 @@ _PAPER = ("paper modular", "paper pipeline")
 _PERFECT = "perfect stage 2"
 
 
-def _classify_stated_goals(record: Record) -> str:
+def _classify_correctness_of_stated_goals(record: Record) -> str:
     """Return the group (one of `_GOAL_GROUPS`) of an answered task, by the goals that its question stated."""
     if STUDY not in record.summaries:
         return "no answer"
@@ -191,7 +191,7 @@ class _ModularAndPipelineRuns:
         goals.{self._sentence_about_perfect_planner}
         """
         kinds = {
-            record.task_id: _classify_stated_goals(record)
+            record.task_id: _classify_correctness_of_stated_goals(record)
             for record in self._select_common_records(self.pipeline)
         }
         for kind in (*_GOAL_GROUPS, "all"):
@@ -308,13 +308,13 @@ _PIPELINE_ABILITIES = ("goal interpretation", "subgoal decomposition", "action s
 """Abilities (kinds of question) that a pipeline asks for, in order: goals, then subgoals, then a plan."""
 
 
-def _find_first_failing_ability(record: Record, success: TaskRateContribution) -> str:
+def _find_first_failing_ability(record: Record, plan_success: TaskRateContribution) -> str:
     """Return the first ability of a pipeline (goals, subgoals, plan) whose answer fails, or "nowhere"."""
     stated = record.summaries.get(STUDY)
     fails = (
         stated is None or bool(stated["goal_counts"][2]),
         stated is None or not stated["subgoals_success"],
-        not success.share.numerator,
+        not plan_success.share.numerator,
     )
     return next(
         (link for link, is_broken in zip(_PIPELINE_ABILITIES, fails, strict=True) if is_broken), "nowhere"
@@ -363,7 +363,9 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
             )
 
 
-def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
+def analyze_pipelines(
+    records: StudyRecords, goal_answers_path: Path | None, *, search_for_plans: bool
+) -> Iterator[Analysis]:
     """Yield an analysis of operators in answers, then of each pipeline, and of all pipelines of a suite.
 
     A pipeline is a run whose questions state goals that a model gave before. A suite has all tasks of a
@@ -371,8 +373,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
     Args:
         records: the records (stored verdicts on answers).
-        goals: file or folder with answers to goal interpretation; None if they are not available.
-        search: whether to search for plans that reach the stated goals.
+        goal_answers_path: file or folder with answers to goal interpretation; None if they are not available.
+        search_for_plans: whether to search for plans that reach the stated goals.
 
     Raises:
         InputError: nothing can be analyzed: no run of transition modeling has the default protocol, and no
@@ -384,7 +386,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     if chains and not any(map(_has_pipeline_options, runs)):
         return
     pairs = [
-        _make_pipeline_pair(*two, records.source, goals, search=search)
+        _make_pipeline_pair(*two, records.source, goal_answers_path, search_for_plans=search_for_plans)
         for two in _pair_modular_and_pipeline_runs(records, runs)
     ]
     if not pairs and not chains:
@@ -437,7 +439,7 @@ def _has_pipeline_options(run: Run) -> bool:
 
 
 def _make_pipeline_pair(
-    modular: Run, pipeline: Run, source: Source, goals: Path | None, *, search: bool
+    modular: Run, pipeline: Run, source: Source, goals: Path | None, *, search_for_plans: bool
 ) -> _ModularAndPipelineRuns:
     key = modular.key
     conditions: Mapping[str, Sequence[tuple[str, bool]]] = {}
@@ -451,16 +453,16 @@ def _make_pipeline_pair(
             task: list(_list_goal_predicates_and_whether_missed(suite.scorer(task), text))
             for task, text in answers.items()
         }
-        if search:
+        if search_for_plans:
             tasks = {record.task_id for record in pipeline.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
-            reachable = dict(_check_whether_stated_goals_suffice(benchmark, wanted, source))
+            reachable = dict(_check_if_stated_goals_reach_true_goals(benchmark, wanted, source))
     return _ModularAndPipelineRuns(
         modular.records, pipeline.records, reachable, conditions, _find_paper_percents_by_metric(key)
     )
 
 
-def _check_whether_stated_goals_suffice(
+def _check_if_stated_goals_reach_true_goals(
     benchmark: Benchmark, goal_answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
     """Yield each task id with whether a plan for a model's goals also reaches the true goals of the task."""

@@ -60,7 +60,7 @@ CONDITIONS_MISSED: OperatorTestOutcome = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
-class _OperatorTesterInWorld:
+class _OperatorTesterByPlanExecution:
     """Tests operators in answers: executes the plans that a planner found with these operators.
 
     Attributes:
@@ -74,10 +74,10 @@ class _OperatorTesterInWorld:
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
-    def open_operator_tester(domain: str, source: Source) -> _OperatorTesterInWorld:
+    def open_operator_tester(domain: str, source: Source) -> _OperatorTesterByPlanExecution:
         """Return a tester of operators in answers to a benchmark's tasks, under the default scoring rules."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
-        return _OperatorTesterInWorld(
+        return _OperatorTesterByPlanExecution(
             open_suite(benchmark, ability, source=source),
             open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source),
             open_gold_answers(benchmark, ability, source),
@@ -182,7 +182,7 @@ def _require_operator_verdict(verdict: object) -> OperatorVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class _RunWithOperatorTests:
+class _RunWithOperatorTestOutcomes:
     """A run of transition modeling, with the outcome of the operator test of each answer.
 
     Attributes:
@@ -198,12 +198,16 @@ class _RunWithOperatorTests:
     gold_outcomes: Sequence[OperatorTestOutcome | None]
 
 
-def _test_operators_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithOperatorTests]:
+def _test_operators_of_runs(
+    runs: Sequence[Run], records: StudyRecords
+) -> Iterator[_RunWithOperatorTestOutcomes]:
     """Yield runs of transition modeling, each with the stages at which its operators fail.
 
     Runs with other scoring rules than the default are left out, and the user gets a note.
     """
-    tester_of = cache(lambda domain: _OperatorTesterInWorld.open_operator_tester(domain, records.source))
+    tester_of = cache(
+        lambda domain: _OperatorTesterByPlanExecution.open_operator_tester(domain, records.source)
+    )
     gold_outcome_of = cache(
         lambda domain, task_id: tester_of(domain).find_outcome_of_gold_operator_test(task_id)
     )
@@ -228,7 +232,7 @@ def _test_operators_of_runs(runs: Sequence[Run], records: StudyRecords) -> Itera
         if not planned:
             records.note(f"left out, because no planner was run: {key}")
             continue
-        yield _RunWithOperatorTests(
+        yield _RunWithOperatorTestOutcomes(
             key,
             [record for record, _ in planned],
             [outcome for _, outcome in planned],
@@ -254,7 +258,7 @@ def _format_count_cell(cell: Cell) -> Cell:
 
 
 @collect_rows_in_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _make_operators_table(runs: Sequence[_RunWithOperatorTests]) -> Iterator[Row]:
+def _make_operators_table(runs: Sequence[_RunWithOperatorTestOutcomes]) -> Iterator[Row]:
     """Tests of operators.
 
     A planner finds a plan with the model's operators, and the plan is executed in the world. Tasks are

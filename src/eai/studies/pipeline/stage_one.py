@@ -30,7 +30,7 @@ from eai.results.epochs import STATED, SUBGOALS, GoalsAndScenesStatedInPrompts
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
-from eai.studies.variation import Endpoint, StageBeforeQuestions
+from eai.studies.variation import ModelEndpoint, StageThatObtainsGoalsOrScenes
 from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 
@@ -50,7 +50,7 @@ AnswersOfModel: TypeAlias = tuple[str, Mapping[str, str]]
 """Pair of a model's name and the model's answers to the questions of one ability, by task id."""
 
 
-def read_goal_beliefs(
+def read_goals_for_prompts(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> GoalsAndScenesStatedInPrompts:
     """Read the goals that a model's answers state. Later questions state them instead of the true goals.
@@ -60,18 +60,18 @@ def read_goal_beliefs(
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
     """
-    require_goals_in_questions(ability)
-    return make_goal_beliefs(read_interpretations(path, benchmark, source, model), benchmark, source)
+    require_ability_whose_questions_state_goals(ability)
+    return make_goals_for_prompts(read_interpretations(path, benchmark, source, model), benchmark, source)
 
 
-def require_goals_in_questions(ability: Ability) -> None:
+def require_ability_whose_questions_state_goals(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
     if ability not in ABILITIES_WITH_STATED_GOALS:
         names = " or ".join(stage.value for stage in ABILITIES_WITH_STATED_GOALS)
         raise InputError(f"goals: questions of {ability.value} state no goals; choose {names}")
 
 
-def make_goal_beliefs(
+def make_goals_for_prompts(
     interpretations: AnswersOfModel,
     benchmark: Benchmark,
     source: Source,
@@ -186,7 +186,7 @@ def _read_answers_from_responses(
 
 
 def obtain_goals_interpreted_by_model(
-    goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+    goals: str, stage: StageThatObtainsGoalsOrScenes, endpoint: ModelEndpoint, suite: Suite
 ) -> GoalsAndScenesStatedInPrompts:
     """Return the goals in a model's answers, which later questions state in place of the true goals.
 
@@ -207,8 +207,12 @@ def obtain_goals_interpreted_by_model(
             answers = _ask_for_goals(stage, endpoint, suite)
         else:
             answers = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
-        scenes = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite).beliefs
-        stage.found_beliefs[key] = make_goal_beliefs(answers, suite.benchmark, suite.source, scenes)
+        scenes = (
+            None
+            if stage.previous is None
+            else stage.previous.collect_goals_and_scenes(endpoint, suite).beliefs
+        )
+        stage.found_beliefs[key] = make_goals_for_prompts(answers, suite.benchmark, suite.source, scenes)
     if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
         raise InputError(
             f"goals {goals}: found no answer to goal interpretation for any task of the run; "
@@ -218,7 +222,7 @@ def obtain_goals_interpreted_by_model(
 
 
 def obtain_goals_and_subgoals_stated_by_model(
-    stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+    stage: StageThatObtainsGoalsOrScenes, endpoint: ModelEndpoint, suite: Suite
 ) -> GoalsAndScenesStatedInPrompts:
     """Return a model's goals, with the subgoals that the model lists for these goals.
 
@@ -239,7 +243,7 @@ def obtain_goals_and_subgoals_stated_by_model(
         prompts = stage.library.open(suite.benchmark, Ability.SUBGOAL_DECOMPOSITION)
         wanted = {i: prompts[i] for i in subgoal_suite.task_ids if i in stage.task_ids[suite.domain]}
         answers = stage.ask_for_answers(endpoint, wanted, subgoal_suite, first=stage.previous)
-        goals = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite)
+        goals = None if stage.previous is None else stage.previous.collect_goals_and_scenes(endpoint, suite)
         stage.found_beliefs[key] = add_subgoals_to_stated_goals(
             goals, (to_file_name(endpoint.model), answers), subgoal_suite
         )
@@ -291,7 +295,7 @@ def summarize_stated_goals(
     task_id, models = record.task_id, record.settings_by_study[STUDY].options
     if STATED not in question_metadata:
         return {}
-    beliefs = make_goal_beliefs(
+    beliefs = make_goals_for_prompts(
         (models["goals_from"], {task_id: question_metadata[STATED]}), suite.benchmark, suite.source
     )
     if SUBGOALS in question_metadata:
@@ -305,7 +309,9 @@ def summarize_stated_goals(
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 
-def _ask_for_goals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> AnswersOfModel:
+def _ask_for_goals(
+    stage: StageThatObtainsGoalsOrScenes, endpoint: ModelEndpoint, suite: Suite
+) -> AnswersOfModel:
     first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.task_ids[suite.domain]]

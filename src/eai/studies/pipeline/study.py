@@ -16,7 +16,7 @@ from typing_extensions import Self
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, StageBeforeQuestions, VariationOptions
+from eai.studies.variation import AskModel, StageThatObtainsGoalsOrScenes, VariationOptions
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class _PipelineOptions(VariationOptions):
         """Heading above the results of a run. It names the source of the goals in the run's questions."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
         """Return None. Records get these options with the goals (`GoalsAndScenesStatedInPrompts.experiment`)."""
         return None
 
@@ -74,10 +74,13 @@ class _PipelineOptions(VariationOptions):
         Raises:
             InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import ABILITIES_WITH_STATED_GOALS, require_goals_in_questions
+        from eai.studies.pipeline.stage_one import (
+            ABILITIES_WITH_STATED_GOALS,
+            require_ability_whose_questions_state_goals,
+        )
 
         for ability in requested:
-            require_goals_in_questions(ability)
+            require_ability_whose_questions_state_goals(ability)
         chosen = [
             ability for ability in PAPER_ABILITIES if ability in (requested or ABILITIES_WITH_STATED_GOALS)
         ]
@@ -90,9 +93,9 @@ class _PipelineOptions(VariationOptions):
             )
         return [Ability.ACTION_SEQUENCING]
 
-    def make_stage_that_obtains_beliefs(
+    def make_stage_that_obtains_goals_or_scenes(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
-    ) -> StageBeforeQuestions:
+    ) -> StageThatObtainsGoalsOrScenes:
         """Return the stage that obtains a model's goals, which the run's questions then state.
 
         If the user chose subgoals, return a second stage, which asks for subgoals after the first stage.
@@ -102,13 +105,13 @@ class _PipelineOptions(VariationOptions):
             obtain_goals_interpreted_by_model,
         )
 
-        first = StageBeforeQuestions(
+        first = StageThatObtainsGoalsOrScenes(
             library, task_ids_by_domain, ask, partial(obtain_goals_interpreted_by_model, str(self.goals))
         )
         return (
             first
             if self.subgoals is None
-            else StageBeforeQuestions(
+            else StageThatObtainsGoalsOrScenes(
                 library, task_ids_by_domain, ask, obtain_goals_and_subgoals_stated_by_model, previous=first
             )
         )
@@ -130,7 +133,7 @@ class _PipelineAnalysisOptions(Options):
 def _analyze_pipelines(records: StudyRecords, chosen: _PipelineAnalysisOptions) -> Iterator[Analysis]:
     from eai.studies.pipeline.analysis import analyze_pipelines
 
-    return analyze_pipelines(records, chosen.goals, search=chosen.search)
+    return analyze_pipelines(records, chosen.goals, search_for_plans=chosen.search)
 
 
 def _summarize_stated_goals_and_subgoals(

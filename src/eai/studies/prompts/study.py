@@ -223,7 +223,7 @@ def make_prompt_tables(
     top = min(BEST_PROMPTS, len(matrix.prompts))
     return [
         _make_metric_by_prompt_and_model_table(matrix),
-        _make_model_agreement_table(matrix, top),
+        _make_model_agreement_on_prompt_order_table(matrix, top),
         _make_variance_table(matrix),
         _make_gains_table(matrix, base),
     ]
@@ -249,7 +249,9 @@ def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Ite
 
 
 @collect_rows_in_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
-def _make_model_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS) -> Iterator[Row]:
+def _make_model_agreement_on_prompt_order_table(
+    matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS
+) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
@@ -373,18 +375,22 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
         InputError: no runs differ in their prompts, or a model lacks a run that another model has.
     """
     groups = _group_runs_by_suite(records.read_runs())
-    several = {name: runs for name, runs in groups.items() if len({_name_prompts(run) for run in runs}) > 1}
+    several = {
+        name: runs
+        for name, runs in groups.items()
+        if len({_find_prompt_name_of_run(run) for run in runs}) > 1
+    }
     for name in groups.keys() - several.keys() if several else ():
         records.note(f"left out, because all its runs have the same prompts: {name}")
     for suite, runs in (several or groups).items():
         named, metric = (
-            [(_name_prompts(run), run) for run in runs],
+            [(_find_prompt_name_of_run(run), run) for run in runs],
             choose_metric(runs[0].key.ability, chosen.metric),
         )
         tables = make_prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
             tables,
-            _draw_prompt_matrix_figures(tables[0], metric, suite),
+            _draw_metric_by_prompt_and_model_figures(tables[0], metric, suite),
             folder=to_file_name(suite),
             facts={
                 "suite": suite,
@@ -394,7 +400,7 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
         )
 
 
-def _draw_prompt_matrix_figures(metric_table: Table, metric: str, suite: str) -> Figures:
+def _draw_metric_by_prompt_and_model_figures(metric_table: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
     figure = draw_rate_matrix(
         metric_table.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
@@ -418,7 +424,7 @@ def sort_prompt_rows(metric_table: Table, model: str) -> list[dict[str, Cell]]:
     return sorted(rows, key=lambda row: -values[row["prompt"]])
 
 
-def _name_prompts(run: Run) -> str:
+def _find_prompt_name_of_run(run: Run) -> str:
     choice = run.records[0].settings_by_study.get(STUDY)
     return PLAIN if choice is None else str(choice.options["prompt_name"])
 

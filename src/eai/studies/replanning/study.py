@@ -45,7 +45,13 @@ from eai.results.summary import (
 )
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, make_remarks_on_comparison_with_paper, name_run_figure
+from eai.studies.study import (
+    Analysis,
+    Figures,
+    Study,
+    add_title_and_file_name_to_run_figure,
+    make_remarks_on_comparison_with_paper,
+)
 from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
@@ -79,7 +85,7 @@ class _ReplanningRunGroup:
         return ReplanningOptions.from_experiment(self.experiment) or ReplanningOptions()
 
     @property
-    def options_label(self) -> str:
+    def label_of_chosen_options(self) -> str:
         """Label of the runs' options, without a seed."""
         return self.experiment.label
 
@@ -106,14 +112,14 @@ class _ReplanningRunGroup:
         return [
             case
             for records in self.runs.values()
-            for case in _list_contributions_after_attempts(records, metric, attempts)
+            for case in _list_metric_contributions_within_attempts(records, metric, attempts)
         ]
 
 
-def _list_contributions_after_attempts(
-    records: Sequence[Record], metric: str, attempts: int
+def _list_metric_contributions_within_attempts(
+    records: Sequence[Record], metric: str, max_attempts: int
 ) -> list[TaskRateContribution]:
-    stopped = [drop_later_attempts(record, attempts) for record in records]
+    stopped = [drop_later_attempts(record, max_attempts) for record in records]
     return make_contributions_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
@@ -138,7 +144,11 @@ def group_runs_by_replanning_options(runs: Sequence[Sequence[Record]]) -> list[_
     order = [*get_args(FeedbackLevel)]
     return sorted(
         groups,
-        key=lambda group: (group.options.slip, order.index(group.options.feedback), group.options_label),
+        key=lambda group: (
+            group.options.slip,
+            order.index(group.options.feedback),
+            group.label_of_chosen_options,
+        ),
     )
 
 
@@ -151,7 +161,7 @@ def make_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[
     """Return remarks for readers: which groups lack runs without feedback, or runs of a second seed."""
     experiments = {group.experiment for group in groups}
     lone_groups = [
-        group.options_label
+        group.label_of_chosen_options
         for group in groups
         if group.max_attempts > 1 and group.experiment_without_feedback not in experiments
     ]
@@ -161,7 +171,7 @@ def make_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[
             f"No runs without feedback stand beside {', '.join(lone_groups)}, so the effect of feedback is "
             "not known. `eai run` with the same options and `replanning.feedback=none` makes such runs."
         )
-    once = [group.options_label for group in groups if group.options.slip and len(group.runs) == 1]
+    once = [group.label_of_chosen_options for group in groups if group.options.slip and len(group.runs) == 1]
     if once:
         texts.append(
             f"One seed of slips: {', '.join(once)}. The intervals hold for other tasks, but not for other "
@@ -207,7 +217,7 @@ def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
             for record in records
         ]
         yield (
-            group.options_label,
+            group.label_of_chosen_options,
             number,
             len(group.runs),
             Estimate.from_task_rate_contributions(group.list_task_contributions_to_metric(SUCCESS, number)),
@@ -243,7 +253,7 @@ def _make_feedback_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
                 Estimate.from_task_rate_contributions(other),
                 Estimate.estimate_rate_difference(one, other),
             )
-            yield (group.options_label, number, *estimates)
+            yield (group.label_of_chosen_options, number, *estimates)
 
 
 @collect_rows_in_table(
@@ -269,7 +279,14 @@ def _make_outcomes_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
-            yield (group.options_label, label, tried, estimate_share(by_kind[kind], mended), same, other)
+            yield (
+                group.label_of_chosen_options,
+                label,
+                tried,
+                estimate_share(by_kind[kind], mended),
+                same,
+                other,
+            )
 
 
 def _pair_success_with_and_without_feedback(
@@ -280,9 +297,9 @@ def _pair_success_with_and_without_feedback(
     for seed in [seed for seed in with_feedback.runs if seed in without.runs]:
         before = {
             case.task: case
-            for case in _list_contributions_after_attempts(without.runs[seed], SUCCESS, attempts)
+            for case in _list_metric_contributions_within_attempts(without.runs[seed], SUCCESS, attempts)
         }
-        after_it = _list_contributions_after_attempts(with_feedback.runs[seed], SUCCESS, attempts)
+        after_it = _list_metric_contributions_within_attempts(with_feedback.runs[seed], SUCCESS, attempts)
         pairs += [(before[case.task], case) for case in after_it if case.task in before]
     return [one for one, _ in pairs], [other for _, other in pairs]
 
@@ -386,7 +403,7 @@ class _ReplanningRunOptions(VariationOptions):
         )
         return options if options.executes_answers_as_episodes else None
 
-    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
         """Return the settings of replanning as the records of a run store them; None for a plain run."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
@@ -450,7 +467,7 @@ def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[li
 
 
 def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> Figures:
-    yield name_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
+    yield add_title_and_file_name_to_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
 
 
 @collect_rows_in_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
@@ -493,7 +510,7 @@ def draw_success_by_attempt(groups: Sequence[_ReplanningRunGroup]) -> Figure | N
         ]
         has_feedback = group.options.feedback != "none"
         color, style = (MODEL_COLORS[number % len(MODEL_COLORS)], "o-") if has_feedback else (MUTED, "o--")
-        label = f"{clip_label(group.options_label)}, n = {estimates[0].denominator:,.0f}"
+        label = f"{clip_label(group.label_of_chosen_options)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
     ticks = range(1, max(group.max_attempts for group in shown) + 1)
     panel.set(xlabel="attempts", xticks=ticks, ylabel="task success in percent", ylim=(0, 100))

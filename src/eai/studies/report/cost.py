@@ -75,14 +75,14 @@ def _make_report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
 
 
 def write_cost_section(
-    runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool
+    runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper_cost: bool
 ) -> Iterator[str]:
     """Yield the section on cost, or no section if no run has stored token counts.
 
     Args:
         runs: all runs, including runs with study options.
         prices: prices of tokens, for answers without a recorded cost.
-        with_paper: whether the paper's cost is added below the table.
+        with_paper_cost: whether the paper's cost is added below the table.
     """
     lines = [_make_report_row(key, spent) for key, spent in _sum_cost_by_run(runs, prices).items()]
     if not lines:
@@ -93,13 +93,13 @@ def write_cost_section(
     )
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
     rows = [[*line.values()] for line in lines]
-    if with_paper:
-        rows.append(_make_paper_cost_row())
+    if with_paper_cost:
+        rows.append(_make_row_of_cost_in_paper())
     yield "\n".join(format_text_grid([*lines[0]], rows)) + "\n"
     table = _make_cost_per_success_table(runs)
     yield f"{table.definition}.\n"
     yield format_markdown_table(table)
-    if with_paper:
+    if with_paper_cost:
         paper = read_benchmark_paper_cost()
         yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
 
@@ -147,7 +147,7 @@ def _estimate_spending_per_success(cases: TaskRateContributions) -> Cell:
     return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
 
 
-def _make_paper_cost_row() -> list[str]:
+def _make_row_of_cost_in_paper() -> list[str]:
     paper = read_benchmark_paper_cost()
     per_query = _format_amount(divide_amount(paper.tokens, paper.queries))
     per_thousand = _format_amount(divide_amount(_multiply_by_thousand(paper.dollars), paper.queries), 2)

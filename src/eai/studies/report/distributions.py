@@ -40,7 +40,7 @@ class _ValueDistribution:
     decades: bool = False
 
 
-def make_distributions(benchmark: Benchmark, source: Source) -> tuple[_ValueDistribution, ...]:
+def make_task_property_distributions(benchmark: Benchmark, source: Source) -> tuple[_ValueDistribution, ...]:
     """Return the distributions of steps, goals and actions in a benchmark's tasks with goals.
 
     Empty distributions are left out.
@@ -124,7 +124,7 @@ def _draw_distributions(distributions: Sequence[_ValueDistribution], title: str,
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).flatten()
     for panel, item in zip(panels, distributions, strict=False):
         panel.set_title(item.title)
-        (_draw_bars if item.unit == "tasks" else _draw_bars_by_name)(panel, item)
+        (_draw_bars if item.unit == "tasks" else _draw_bar_per_named_value)(panel, item)
     for panel in panels[len(distributions) :]:
         panel.set_visible(False)
     return figure
@@ -170,7 +170,7 @@ def _draw_bars(panel: Axes, item: _ValueDistribution) -> None:
             panel.annotate(str(number), (index, number), ha="center", va="bottom", fontsize=6.5, color=INK)
 
 
-def _draw_bars_by_name(panel: Axes, item: _ValueDistribution) -> None:
+def _draw_bar_per_named_value(panel: Axes, item: _ValueDistribution) -> None:
     shown = dict(list(item.counts.items())[:_MAX_NAMES])
     panel.barh(range(len(shown)), list(shown.values()), height=0.8, color=ACCENT)
     panel.set_yticks(range(len(shown)), labels=[clip_label(name) for name in shown], fontsize=6.2)

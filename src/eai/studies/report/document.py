@@ -26,7 +26,7 @@ from eai.results.rate import NOTHING, Rate, compute_rate
 from eai.results.repeats import find_success_metric, make_pass_at_k_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.run_summary import RunSummary, select_standard_runs
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change
 from eai.studies.report.table_specs import format_suite_title
 
 STRATA: Mapping[str, range] = {
@@ -65,16 +65,16 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
 
 
 def _make_paper_agreement_row(
-    table: str, suite: str, differences_and_cells: Sequence[tuple[float, str]]
+    table: str, suite: str, differences_with_rate_texts: Sequence[tuple[float, str]]
 ) -> dict[str, str]:
-    largest, where = max(differences_and_cells, key=itemgetter(0))
+    largest, where = max(differences_with_rate_texts, key=itemgetter(0))
     bounds = {"to the digit": ROUNDING_DIFFERENCE, "within 1": 1, "within 2": 2}
     return {
         "table": table,
         "suite": suite,
-        "cells": str(len(differences_and_cells)),
+        "cells": str(len(differences_with_rate_texts)),
         **{
-            label: str(sum(difference <= points + 1e-9 for difference, _ in differences_and_cells))
+            label: str(sum(difference <= points + 1e-9 for difference, _ in differences_with_rate_texts))
             for label, points in bounds.items()
         },
         "largest": f"{largest:.1f}",
@@ -126,7 +126,7 @@ def make_report_markdown(
     with_paper: bool,
 ) -> str:
     """Return the page as Markdown. The section on cost is added at the end if it is not empty."""
-    plain = select_standard_runs(runs)
+    plain = select_runs_without_study_or_rule_change(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",

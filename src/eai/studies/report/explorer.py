@@ -98,7 +98,7 @@ A diagram is a list of its outermost rectangles. They contain all other rectangl
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorerDomainData:
+class DomainDataOfExplorerPage:
     """Questions, operators and scenes of a domain that the explorer shows beside answers, if available.
 
     Attributes:
@@ -121,7 +121,7 @@ def make_film_file_name(record: Record) -> str:
     return f"{to_file_name(record.task_id)}-{hash_text(record.response)[:12]}.gif"
 
 
-class ExplorerData:
+class ExplorerPageData:
     """Collects runs for the explorer. Only compressed data of the collected runs stay in memory.
 
     Args:
@@ -132,7 +132,7 @@ class ExplorerData:
 
     def __init__(
         self,
-        background: Callable[[str], ExplorerDomainData] = lambda domain: ExplorerDomainData(),
+        background: Callable[[str], DomainDataOfExplorerPage] = lambda domain: DomainDataOfExplorerPage(),
         outcomes: Mapping[str, str] | None = None,
     ) -> None:
         self._success = next(iter(outcomes or ()), "success")
@@ -181,7 +181,7 @@ class ExplorerData:
         Args:
             domain_protocol_model: domain, protocol and model, as the page shows them.
             task: the task.
-            outcome: a key of the argument ``outcomes`` of `ExplorerData`.
+            outcome: a key of the argument ``outcomes`` of `ExplorerPageData`.
             error: kind, number of the step, and reason of the first error; None if the log shows no error.
             lines: sentences about the outcome.
             steps: the actions. In addition to the outcomes of `StepReport`, their outcomes can be
@@ -276,7 +276,7 @@ class ExplorerData:
                 "r": record.response,
                 "f": None if error is None else [error.kind.value, error.step, error.detail],
                 "m": list(record.all_answer_repairs),
-                "S": _list_spans_of_answer_text(verdict),
+                "S": _list_answer_spans_with_reading_kind(verdict),
                 "R": [*describe_repair(verdict.repair)] if verdict.repair else [],
                 **fields,
                 "T": _list_turns(record),
@@ -297,7 +297,7 @@ class ExplorerData:
         return [self._make_answer_fields(attempt) for attempt in attempts] if number > 1 else []
 
     def _store_scene_and_get_index(self, rectangles: Sequence[ObjectRectangle]) -> int:
-        return self._find_picture_index(
+        return self._store_picture_and_get_index(
             "scenes", [self._store_rectangle_and_get_index(rectangle) for rectangle in rectangles]
         )
 
@@ -308,9 +308,9 @@ class ExplorerData:
             for label, within in rectangle.zones.items()
         ]
         fields = [rectangle.name, rectangle.kind, rectangle.marks, rectangle.lines, zones]
-        return self._find_picture_index("tiles", fields)
+        return self._store_picture_and_get_index("tiles", fields)
 
-    def _find_picture_index(self, kind: str, picture: Json) -> int:
+    def _store_picture_and_get_index(self, kind: str, picture: Json) -> int:
         """Store a picture unless it is stored already, and return its index in the list of its kind.
 
         The kinds are scenes, and rectangles of objects in scenes. The lists start anew with each chunk of the
@@ -421,7 +421,7 @@ def _list_operator_values(operator: OperatorReport) -> Json:
     return [operator.name, operator.status.value, *sides, offences]
 
 
-def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
+def _list_answer_spans_with_reading_kind(verdict: Verdict) -> list[Json]:
     """Return the parts of an answer's text, each as (start, end, how it was read).
 
     A part can be repaired, skipped as prose, or unreadable, for example (`AnswerSpanKind`). The list is empty
@@ -456,7 +456,7 @@ def build_explorer_page(lines: Iterable[str]) -> Iterator[str]:
     """Yield the HTML page of the explorer in pieces.
 
     Args:
-        lines: lines of data from `ExplorerData.format_data_as_base64_lines`.
+        lines: lines of data from `ExplorerPageData.format_data_as_base64_lines`.
     """
     head, _, tail = build_page("eai.studies.report", "explorer", SCRIPTS, _DATA).partition(_DATA)
     yield head

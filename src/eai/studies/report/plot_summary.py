@@ -88,7 +88,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:
         return None
-    heights = [_HEAD + _LINE * _count_panel_lines(lines) for lines in panels.values()]
+    heights = [_HEAD + _LINE * _compute_panel_height_in_lines(lines) for lines in panels.values()]
     figure = make_figure(PAGE, sum(heights) + _FOOT)
     figure.suptitle(f"{clip_label(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
@@ -115,7 +115,7 @@ def _make_lines_of_summary_panel(
     )
 
 
-def _count_panel_lines(lines: _Lines) -> int:
+def _compute_panel_height_in_lines(lines: _Lines) -> int:
     """Return the height of a panel in lines, including one line for the heading of each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
@@ -132,7 +132,7 @@ def _make_legend_text_for_paper_models(tables: Sequence[Ranking]) -> str | None:
 
 def _draw_summary_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
     axes.set_xlim(-1, 101)
-    axes.set_ylim(_count_panel_lines(lines) - 0.4, -0.6)
+    axes.set_ylim(_compute_panel_height_in_lines(lines) - 0.4, -0.6)
     axes.grid(axis="x", color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines["left"].set_visible(False)

@@ -270,13 +270,13 @@ _MAX_NAMES = 40
 _F1 = "F1 of clauses, percent"
 
 
-def draw_rates_by_action(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_executed_steps_or_f1_by_action(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw the share of executed steps (or F1 of clauses) by action for each model; None without data."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
     return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
-def draw_rates_by_predicate(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_reached_goals_or_f1_by_predicate(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw the share of right goals (or F1 of clauses) by predicate for each model; None without data."""
     labels = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
     label = labels.get(runs[0].key.ability, "percent of goals reached")
@@ -346,13 +346,13 @@ def draw_answers_left_after_each_check(runs: Sequence[RunSummary]) -> Figure | N
     figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
     for number, (model, flow) in enumerate(flows):
         row, column = divmod(number, columns)
-        _draw_flow_of_model(
+        _draw_answers_left_after_checks_of_model(
             panel, (_PANEL_DISTANCES[0] * column, _TOP - _PANEL_DISTANCES[1] * row), model, flow
         )
     return figure
 
 
-def _draw_flow_of_model(
+def _draw_answers_left_after_checks_of_model(
     panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]
 ) -> None:
     """Draw the answers as a band from left to right; the failed share bends down after each stage."""
@@ -381,7 +381,11 @@ _RunsPlotter: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
 _OF_ABILITY: Sequence[tuple[str, str, _RunsPlotter]] = (
     ("flow", "From answer to outcome", draw_answers_left_after_each_check),
     ("difficulty", _DIFFICULTY, draw_success_by_difficulty),
-    ("actions", "By action (of fewer than five cases in brackets)", draw_rates_by_action),
-    ("predicates", "By predicate (of fewer than five cases in brackets)", draw_rates_by_predicate),
+    ("actions", "By action (of fewer than five cases in brackets)", draw_executed_steps_or_f1_by_action),
+    (
+        "predicates",
+        "By predicate (of fewer than five cases in brackets)",
+        draw_reached_goals_or_f1_by_predicate,
+    ),
 )
 """Plots of one ability's runs: name, caption, and a function that draws the plot, or None without data."""

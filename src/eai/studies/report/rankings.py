@@ -295,7 +295,7 @@ _FLOOR = "Floor: what is earned without deciding anything, by null models; never
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
-def _make_null_model_note(models: Iterable[str]) -> str:
+def _make_note_on_trivial_baselines(models: Iterable[str]) -> str:
     descriptions = paper_tables.NULL_MODELS | paper_tables.NULL_AGENTS
     return _FLOOR.format(models="; ".join([f"{model} {descriptions[model]}" for model in models]))
 
@@ -422,8 +422,8 @@ def _find_column_notes(column: PaperColumn, printed_tables: Sequence[PaperTable]
     )
 
 
-def read_rows_of_packaged_scores(
-    columns: Sequence[MetricColumn], runs: Sequence[RunSummary], *, of_null_models: bool
+def read_ranking_rows_of_shipped_scores(
+    columns: Sequence[MetricColumn], runs: Sequence[RunSummary], *, of_trivial_baselines: bool
 ) -> Iterator[RankedModel]:
     """Yield the rows of a table of models that the package includes. Notes in the table become footnotes.
 
@@ -431,20 +431,22 @@ def read_rows_of_packaged_scores(
         columns: the columns.
         runs: the runs of one protocol and domain that share a table with these rows. Models without scores
             under that protocol have no rows.
-        of_null_models: True for null models (baselines such as an empty answer), False for the paper's
+        of_trivial_baselines: True for null models (baselines such as an empty answer), False for the paper's
             models with the scores of their published answers.
     """
     protocol, domain, *_ = runs[0].key
-    source: RowSource = "floor" if of_null_models else "published"
+    source: RowSource = "floor" if of_trivial_baselines else "published"
     table = (
-        paper_tables.read_trivial_baseline_scores if of_null_models else paper_tables.read_published_scores
+        paper_tables.read_trivial_baseline_scores
+        if of_trivial_baselines
+        else paper_tables.read_published_scores
     )(protocol.value)
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
     texts = [
-        _make_null_model_note(models)
-        if of_null_models
+        _make_note_on_trivial_baselines(models)
+        if of_trivial_baselines
         else _make_note_on_published_answers(protocol.value, len(models))
     ]
     texts += [note for suite in suites.values() for note in suite.notes]
@@ -540,10 +542,10 @@ def make_ranking(
             for name in paper_tables.read_paper_protocol_and_tables().tables[spec.name]
         ]
     elif with_paper:
-        others += read_rows_of_packaged_scores(columns, runs, of_null_models=False)
+        others += read_ranking_rows_of_shipped_scores(columns, runs, of_trivial_baselines=False)
     others += [
         *make_paper_rows(places, printed_tables),
-        *read_rows_of_packaged_scores(columns, runs, of_null_models=True),
+        *read_ranking_rows_of_shipped_scores(columns, runs, of_trivial_baselines=True),
     ]
     on_columns = {column: _find_column_notes(place, printed_tables) for column, place in places.items()}
     notes = _merge_notes(_list_notes_of_rows(ours), *on_columns.values(), _list_notes_of_rows(others))

@@ -52,7 +52,7 @@ class RunSummary:
     breakdown: AnswerBreakdown
 
 
-def select_standard_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
+def select_runs_without_study_or_rule_change(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options and with standard game rules.
 
     Only these are ranked and compared with the paper.

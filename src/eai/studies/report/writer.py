@@ -31,7 +31,7 @@ from eai.studies.report.rankings import (
     make_rankings_of_secondary_paper_tables,
     mark_best,
 )
-from eai.studies.report.run_summary import RunSummary, select_standard_runs
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change
 
 
 def write_report_and_count_tables(
@@ -59,11 +59,11 @@ def write_report_and_count_tables(
     Returns:
         the number of tables written.
     """
-    plain = select_standard_runs(runs)
+    plain = select_runs_without_study_or_rule_change(runs)
     tried = make_experiment_rankings(runs)
     others = make_rankings_of_secondary_paper_tables(plain) if with_paper else []
     written = [*tables, *tried, *others]
-    cost = "\n".join(write_cost_section(runs, prices, with_paper=with_paper))
+    cost = "\n".join(write_cost_section(runs, prices, with_paper_cost=with_paper))
     contents = {
         "report.md": make_report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
         "tables.tex": format_latex(written),
@@ -96,7 +96,10 @@ def format_tables_latex(
     wanted = [name.casefold() for name in columns]
     _check_names("--models", models, {row.model for table in tables for row in table.rows})
     headings = {
-        heading for table in tables for column in table.columns for heading in _list_heading_names(column)
+        heading
+        for table in tables
+        for column in table.columns
+        for heading in _get_casefolded_group_and_label(column)
     }
     _check_names("--columns", wanted, headings)
     narrowed = (_select_models_and_columns(table, models, wanted) for table in tables)
@@ -112,7 +115,7 @@ def _select_models_and_columns(
     columns = {
         column: notes
         for column, notes in table.columns.items()
-        if not wanted or wanted & _list_heading_names(column)
+        if not wanted or wanted & _get_casefolded_group_and_label(column)
     }
     rows = [
         replace(row, scores={column: row.scores[column] for column in columns})
@@ -128,7 +131,7 @@ def _select_models_and_columns(
     return replace(table, columns=columns, rows=tuple(mark_best(rows)), notes=notes)
 
 
-def _list_heading_names(column: MetricColumn) -> set[str]:
+def _get_casefolded_group_and_label(column: MetricColumn) -> set[str]:
     return {column.group.casefold(), column.label.casefold()}
 
 

@@ -39,7 +39,13 @@ from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.results.tidy import make_identifying_columns
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, name_suite_figure, split_option_at_commas
+from eai.studies.study import (
+    Analysis,
+    Figures,
+    Study,
+    add_title_and_file_name_to_suite_figure,
+    split_option_at_commas,
+)
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 from eai.tasks.task import PredicateCategory
@@ -103,7 +109,7 @@ def replace_gold_operators_one_by_one(
     replaces. An answer that all rates leave out has no trials. A missing answer has no operators, so all of
     its trials fail.
     """
-    errors = _map_operators_to_errors(record, replaced)
+    errors = _map_operators_to_errors_in_replaced_part(record, replaced)
     results = scorer.plan_with_each_operator_of_answer(record.response, replaced)
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
@@ -118,7 +124,9 @@ def replace_gold_operators_one_by_one(
         )
 
 
-def _map_operators_to_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
+def _map_operators_to_errors_in_replaced_part(
+    record: Record, replaced: ReplacedPart
+) -> dict[str, tuple[str, ...]]:
     """Return a mapping from each operator of an answer to its errors, as texts.
 
     ``replaced`` is the part of the gold operator that a trial replaces by the answer's: precondition, effect,
@@ -144,14 +152,14 @@ def _map_operators_to_errors(record: Record, replaced: ReplacedPart) -> dict[str
 def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial]) -> list[Table]:
     """Return the tables that show which operators, as answers define them, break plans."""
     return [
-        _make_sensitivity_table(trials),
+        _make_solved_tasks_by_operator_table(trials),
         _make_outcomes_table(trials),
         _make_errors_table(trials),
         _make_trials_table(trials),
     ]
 
 
-def group_cases_by_operator(
+def group_successes_by_operator_and_category(
     trials: Iterable[OperatorReplacementTrial],
 ) -> dict[tuple[str, str], list[TaskRateContribution]]:
     """Return a mapping from operator and category of tasks to the successes and failures of trials.
@@ -191,7 +199,7 @@ _KEY = (*SUITE, MODEL, "replaced")
 
 
 @collect_rows_in_table("sensitivity", (*_KEY, "operator", "category", "solved"))
-def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
+def _make_solved_tasks_by_operator_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Tasks solved with one operator of the model.
 
     solved: percentage of the tasks that a planner solves with the model's operator, out of all tasks that ask
@@ -203,7 +211,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
     """
     categories = (OVERALL, *(category.value for category in PredicateCategory))
     for key, of_key, order in _group_trials_by_replaced_part(trials):
-        cells = group_cases_by_operator(of_key)
+        cells = group_successes_by_operator_and_category(of_key)
         for cell in product(order, categories):
             if cell in cells:
                 yield (*key, *cell, Estimate.from_task_rate_contributions(cells[cell]))
@@ -319,12 +327,12 @@ def _draw_operator_figures(tables: Sequence[Table], replaced_parts: Sequence[Rep
             label = f"percent solved with the model's {replaced}"
             shown = [row for row in of_part if row["category"] == OVERALL]
             models = draw_rate_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield name_suite_figure(suite, replaced, models)
+            yield add_title_and_file_name_to_suite_figure(suite, replaced, models)
             shown = [row for row in of_part if row["model"] == of_part[0]["model"]]
             categories = draw_rate_matrix(
                 shown, ("operator",), "solved", label, across="category", zeros=True
             )
-            yield name_suite_figure(suite, f"{replaced}-categories", categories)
+            yield add_title_and_file_name_to_suite_figure(suite, f"{replaced}-categories", categories)
 
 
 SENSITIVITY = Study(
