@@ -19,7 +19,7 @@ from eai.logic.formula import Formula
 from eai.logic.ltl import parse, read_formula
 from eai.logic.ltl_printer import format_ltl
 from eai.logic.semantics import holds
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.trace import TakenAction, Trace
 from eai.logic.traversal import get_subformulas, walk_subformulas
 from logic.naive import Facts, Naive
@@ -28,7 +28,7 @@ LIMIT_MS = 10.0
 NAMES = tuple(f"cup.{i}" for i in range(10))
 SHELVES = tuple(f"shelf.{i}" for i in range(3))
 OBJECTS = (*((name, "cup") for name in NAMES), *((name, "shelf") for name in SHELVES))
-SIGNATURE = Signature({"open": 1, "clean": 1, "next_to": 2}, {"grab": 1, "pour": 2})
+SIGNATURE = FormulaSignature({"open": 1, "clean": 1, "next_to": 2}, {"grab": 1, "pour": 2})
 FORMULAS = {
     "state": """
         (open(cup.1) or not clean(cup.2)) and (open(cup.3) or not clean(cup.4))

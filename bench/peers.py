@@ -35,7 +35,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.trace import Trace
 from eai.pddl.val import find_val_program
 from eai.world.action import Action
@@ -143,7 +143,7 @@ def wins_game(game: Game, actions: Sequence[Action]) -> bool:
 
 def measure_evaluation(length: int) -> dict[str, float]:
     """Return the milliseconds that `eai` needs to evaluate a formula."""
-    formula = read_formula(OURS, Signature(dict.fromkeys(LETTERS, 0), {}))[0]
+    formula = read_formula(OURS, FormulaSignature(dict.fromkeys(LETTERS, 0), {}))[0]
     states = [Facts(number) for number in range(length)]
     return {"formula": measure_milliseconds(lambda: holds(formula, Trace(states)))}
 

@@ -79,10 +79,10 @@ EQUIVALENT: dict[str, str] = {
     "abilities/plan_repairer.py: 1 is 2 in "
     "`rank = names.index(action.operator) if action is not None else -1`": "both come before all indices",
     "logic/choice.py: Lt is LtE in "
-    "`if cell_count and not taken >> column & 1 and taken.bit_count() < pair_count:`": ""
+    "`if cell_count and not taken >> column & 1 and taken.bit_count() < matching_size:`": ""
     "sums beyond the count are ignored at the end",
     "logic/ltl.py: 0 is 1 in "
-    "`self._stack.append(_UnfinishedSubformula(PREFIX, make, [], 0, self._scope))`": "a "
+    "`self._stack.append(_PartlyParsedSubformula(PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(complete[0]) < len(parts):`": "no task means no title",
     "results/comparison.py: GtE is Gt "

@@ -22,7 +22,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task, goal
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from raising import BOOM, RAISING
 
 ACTIONS = Ability.ACTION_SEQUENCING
@@ -61,7 +61,9 @@ def questions(
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencingScorer)
     trial = MultiAttemptTrial(scorer, chosen)
-    asks = asker or MultiAttemptQuestionWriter({task_id: PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    asks = asker or MultiAttemptQuestionWriter(
+        {task_id: PLAIN}.__getitem__, PromptAndAnswerWording.from_domain(DOMAIN)
+    )
     found = [asks.write_question(trial)]
     for text in answers:
         trial.try_answer(text)
@@ -91,7 +93,9 @@ def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) 
     assert isinstance(scorer, ActionSequencingScorer)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
     trial = MultiAttemptTrial(scorer, ReplanningOptions(1, feedback=feedback, world=world))
-    asker = MultiAttemptQuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    asker = MultiAttemptQuestionWriter(
+        {"both": PLAIN}.__getitem__, PromptAndAnswerWording.from_domain(DOMAIN)
+    )
     trial.try_answer(BOOM)
     assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
     assert "OverflowError" not in asker.write_question(trial).user
@@ -177,7 +181,9 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
 def test_actions_already_taken_are_not_requested_again() -> None:
     chosen = ReplanningOptions(1, "continue", "state")
-    asks = MultiAttemptQuestionWriter({"greet": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    asks = MultiAttemptQuestionWriter(
+        {"greet": PLAIN}.__getitem__, PromptAndAnswerWording.from_domain(DOMAIN)
+    )
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = PromptLibrary("eai")
@@ -200,7 +206,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     trial = MultiAttemptTrial(
         scorer, ReplanningOptions(1, world, "explained", form), task_with_stated_goals=stated
     )
-    asks = MultiAttemptQuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    asks = MultiAttemptQuestionWriter({"both": PLAIN}.__getitem__, PromptAndAnswerWording.from_domain(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
     added = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)

@@ -116,7 +116,7 @@ def test_two_objects_meet_the_conditions_of_exactly_one_but_miss_the_goal() -> N
 def test_a_goal_without_requirements_is_one_condition() -> None:
     given = task(ForAll(Variable("c", "cat"), LIT))
     assert partial(given) == (1, 1)
-    assert GoalTest(given).partial_success_without_execution == (0, 1)
+    assert GoalTest(given).partial_success_of_unexecuted_answer == (0, 1)
 
 
 def test_an_answer_that_never_ran_meets_none_of_the_shortest_option() -> None:

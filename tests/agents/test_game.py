@@ -22,7 +22,7 @@ from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.results.reward import Shaping
-from eai.tasks.short_lists import spell_out
+from eai.tasks.short_lists import expand_shortened_lists
 from eai.tasks.source import Source
 from eai.world.state import Fact
 
@@ -586,7 +586,7 @@ def test_egocentric_relations_are_shown_only_for_the_agent() -> None:
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
         setup = make_setup(task, own, GameRules(view=view))
-        facts = spell_out(Game(setup).write_first_observation()).partition("Now:")[2]
+        facts = expand_shortened_lists(Game(setup).write_first_observation()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
         assert ("at: of yourself alone." in Game(setup).write_manual_and_first_observation()) is not lamp

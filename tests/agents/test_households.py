@@ -21,7 +21,7 @@ from eai.agents.rules import STANDARD
 from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward, Shaping
-from eai.tasks.short_lists import spell_out
+from eai.tasks.short_lists import expand_shortened_lists
 from eai.tasks.source import Source
 from suites import answer_book
 from sweeps import swept
@@ -186,7 +186,7 @@ def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: DataPac
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:
         told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
-        told = spell_out(told)
+        told = expand_shortened_lists(told)
         setup = environment.game.setup
         known = introduced(told, "Objects [kind]: properties\n")
         hidden += not {setup.task.scene.objects[i].name for i in setup.observer.subjects} <= known
@@ -194,7 +194,7 @@ def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: DataPac
         for command in plan.lines:
             assert mentioned(" ".join(info["admissible_commands"]), setup) <= known
             told, _, over, _, info = environment.step(command)
-            told = spell_out(told)
+            told = expand_shortened_lists(told)
             known |= introduced(told, "You see for the first time:\n")
             assert mentioned(told, setup) <= known | mentioned(command, setup)
             if over:

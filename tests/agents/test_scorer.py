@@ -173,7 +173,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
         initial, (), at_start.evaluate_each_goal(initial, ())
     )
     never = verdict_of(suite, episode(SWITCHES, task_id, []))
-    assert never.partial == at_start.partial_success_without_execution
+    assert never.partial == at_start.partial_success_of_unexecuted_answer
 
 
 def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:

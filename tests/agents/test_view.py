@@ -14,7 +14,7 @@ from eai.agents.rules import STANDARD, Observe
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
-from eai.tasks.short_lists import spell_out
+from eai.tasks.short_lists import expand_shortened_lists
 from eai.tasks.source import Source
 from eai.world.episode import Episode
 from eai.world.state import State, compare_states
@@ -59,7 +59,7 @@ def test_incremental_observations_equal_new_ones(
             for each in wording.fact_listers_of_goal_predicates
             for fact in each.list_facts(outcome, observation.visible)
         ]
-        lines = spell_out(observation.facts_text).splitlines()
+        lines = expand_shortened_lists(observation.facts_text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
         changes = observer.find_visible_changes(before, observation, difference)
         told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
@@ -86,17 +86,21 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
         Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None}))),
         random.Random(1),
     )
-    believed = {*spell_out(game.write_first_observation()).partition("Now:\n")[2].splitlines()}
+    believed = {*expand_shortened_lists(game.write_first_observation()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.find_possible_actions() if each.operator == "WALK"]
         action = rng.choice(walks if walks and turn % 4 == 0 else [*game.find_possible_actions()])
-        told = spell_out(game.act(game.setup.commands.write_command(action)).observation)
+        told = expand_shortened_lists(game.act(game.setup.commands.write_command(action)).observation)
         for line in told.splitlines():
             if line[:2] == "- ":
                 believed.discard(line[2:])
             elif line.endswith(")"):
                 believed.add(line.removeprefix("+ "))
-        holds = {*spell_out(game.memory.observation.facts_text).splitlines()}
-        seen = {*spell_out(game.setup.observer.render_names(game.memory.observation.visible)).split(", ")}
+        holds = {*expand_shortened_lists(game.memory.observation.facts_text).splitlines()}
+        seen = {
+            *expand_shortened_lists(game.setup.observer.render_names(game.memory.observation.visible)).split(
+                ", "
+            )
+        }
         assert holds <= believed
         assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

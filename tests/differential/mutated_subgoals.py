@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from differential.mutations import Dice, rearranged, slightly_corrupted
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 
 ODD_SUBGOALS: tuple[object, ...] = (
     "",
@@ -66,7 +66,7 @@ QUANTIFIERS = (
 class Words:
     """Words of formulas about a scene. `near` has the relevant objects."""
 
-    signature: Signature
+    signature: FormulaSignature
     objects: Sequence[str]
     near: Sequence[str]
 

@@ -13,19 +13,19 @@ from hypothesis import strategies as st
 
 from eai.base.errors import InputError
 from eai.logic.choice import (
-    AllOf,
+    AndNode,
     AndOrTree,
     AndOrTreeLiteral,
-    AndOrTreePairing,
-    AnyOf,
+    BipartiteMatchingNode,
     DnfTerm,
-    ExactlyNOf,
+    ExactCountNode,
     Literal,
+    OrNode,
     build_and_or_tree,
     count_dnf_terms,
     generate_dnf_terms,
     generate_dnf_terms_of_tree,
-    make_closest_dnf_term_finder,
+    make_finder_of_dnf_term_closest_to_answer,
 )
 from eai.logic.formula import And, Atom, Constant, Exactly, Formula, Not, Occurs, Variable
 from eai.logic.ltl import parse
@@ -66,11 +66,11 @@ def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
     formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))")
     p, q = ([AndOrTreeLiteral(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
     negated = [
-        AnyOf((AndOrTreeLiteral(Not(x.literal)), AndOrTreeLiteral(Not(y.literal))))
+        OrNode((AndOrTreeLiteral(Not(x.literal)), AndOrTreeLiteral(Not(y.literal))))
         for x, y in zip(p, q, strict=True)
     ]
     tree = build_and_or_tree(formula, universe(a=2).list_objects)
-    assert tree == AllOf((AllOf(tuple(negated)), ExactlyNOf(1, tuple(p))))
+    assert tree == AndNode((AndNode(tuple(negated)), ExactCountNode(1, tuple(p))))
 
 
 def test_no_object_is_paired_with_itself() -> None:
@@ -80,13 +80,13 @@ def test_no_object_is_paired_with_itself() -> None:
         [AndOrTreeLiteral(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)]
         for i in range(2)
     ]
-    assert tree == AndOrTreePairing(2, ((None, cells[0][1]), (cells[1][0], None)))
+    assert tree == BipartiteMatchingNode(2, ((None, cells[0][1]), (cells[1][0], None)))
 
 
 def test_equations_are_decided() -> None:
     formula = parse("exists x: a. (x = a1 and not x = a0)")
-    assert build_and_or_tree(formula, universe(a=2).list_objects) == AnyOf(
-        (AllOf((AnyOf(()), AnyOf(()))), AllOf((AllOf(()), AllOf(()))))
+    assert build_and_or_tree(formula, universe(a=2).list_objects) == OrNode(
+        (AndNode((OrNode(()), OrNode(()))), AndNode((AndNode(()), AndNode(()))))
     )
 
 
@@ -235,7 +235,7 @@ def on_first(literal: Literal) -> bool:
 )
 def test_the_best_option_shares_most_conditions(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
-    find = make_closest_dnf_term_finder(
+    find = make_finder_of_dnf_term_closest_to_answer(
         build_and_or_tree(parse(text), universe(a=3, b=2).list_objects), numbers
     )
     said = numbers.mask(on_first)
@@ -256,7 +256,7 @@ def test_the_best_option_shares_most_conditions(text: str, shared: int, size: in
 )
 def test_a_formula_that_cannot_be_true_has_no_option(text: str) -> None:
     assert (
-        make_closest_dnf_term_finder(
+        make_finder_of_dnf_term_closest_to_answer(
             build_and_or_tree(parse(text), universe(a=3, b=2).list_objects), Numbers()
         )(0)
         is None
@@ -266,11 +266,11 @@ def test_a_formula_that_cannot_be_true_has_no_option(text: str) -> None:
 def choices(leaves: st.SearchStrategy[AndOrTree]) -> st.SearchStrategy[AndOrTree]:
     parts = st.lists(leaves, max_size=3).map(tuple)
     return (
-        parts.map(AllOf)
-        | parts.map(AnyOf)
-        | st.builds(ExactlyNOf, st.integers(0, 2), parts)
+        parts.map(AndNode)
+        | parts.map(OrNode)
+        | st.builds(ExactCountNode, st.integers(0, 2), parts)
         | st.tuples(st.integers(0, 2), st.lists(leaves, min_size=4, max_size=4)).map(
-            lambda drawn: AndOrTreePairing(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
+            lambda drawn: BipartiteMatchingNode(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
         )
     )
 
@@ -294,7 +294,7 @@ def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
     def is_said(literal: Literal) -> bool:
         return isinstance(literal, Atom) and int(literal.arguments[0].name) in said
 
-    find = make_closest_dnf_term_finder(choice, apart)
+    find = make_finder_of_dnf_term_closest_to_answer(choice, apart)
     best = find(sum(1 << place for place, literal in seen.items() if is_said(literal)))
     rated = [(sum(map(is_said, option)), -len(option)) for option in generate_dnf_terms_of_tree(choice)]
     if best is None:
@@ -310,7 +310,7 @@ def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
 def test_the_best_of_astronomically_many_options_is_found_at_once() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
-    find = make_closest_dnf_term_finder(
+    find = make_finder_of_dnf_term_closest_to_answer(
         build_and_or_tree(parse(text), universe(a=12, b=12).list_objects), numbers
     )
     best = find(numbers.mask(on_first))

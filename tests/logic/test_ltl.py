@@ -34,11 +34,11 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import Dialect, parse, read_formula
 from eai.logic.ltl_printer import format_ltl
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
 from sweeps import examples
 
-SIGNATURE = Signature(PREDICATES, ACTIONS)
+SIGNATURE = FormulaSignature(PREDICATES, ACTIONS)
 P, Q, R, S = (Atom(name, (Constant("a"),)) for name in "pqrs")
 
 
@@ -195,7 +195,7 @@ def test_a_name_bound_by_a_quantifier_is_a_variable() -> None:
 def test_an_equation_of_an_unknown_object_is_a_misuse(
     text: str, misuses: list[tuple[str, str, str, int]]
 ) -> None:
-    signature = Signature({}, {}, frozenset({"cup"}))
+    signature = FormulaSignature({}, {}, frozenset({"cup"}))
     _, reported = read_formula(text, signature, dialect="ltlf")
     assert [(misuse.kind, misuse.name, misuse.primitive, misuse.column) for misuse in reported] == misuses
 

@@ -14,11 +14,11 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import parse, read_formula
 from eai.logic.ltl_printer import format_ltl
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
 from sweeps import examples
 
-SIGNATURE = Signature(PREDICATES, ACTIONS)
+SIGNATURE = FormulaSignature(PREDICATES, ACTIONS)
 
 
 @given(formulas())

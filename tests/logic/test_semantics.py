@@ -34,11 +34,11 @@ from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import (
     _ViolatedSubformula,
     explain_truth,
-    find_values_for_truth,
+    find_possible_values_of_variable,
     find_violation,
     holds,
 )
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
 from logic.random_formulas import SCENE, formulas, trace, traces
@@ -98,7 +98,7 @@ def test_sequences_agree_with_the_naive_evaluator(
 
 
 def check(text: str, on: Trace) -> bool:
-    return holds(read_formula(text, Signature({}, {"GRAB": 0, "PUT": 0}))[0], on)
+    return holds(read_formula(text, FormulaSignature({}, {"GRAB": 0, "PUT": 0}))[0], on)
 
 
 def test_a_state_formula_holds_if_it_holds_at_some_point() -> None:
@@ -230,7 +230,7 @@ def test_shadowed_variables_take_the_inner_value() -> None:
 def test_evaluation_is_fast_with_many_objects_and_few_actions() -> None:
     names = tuple((f"o.{i}", "thing") for i in range(2000))
     path = Trace([Facts(frozenset(), names)] * 2, [("POUR", ("o.7", "o.9"))])
-    signature = Signature({}, {"POUR": 2})
+    signature = FormulaSignature({}, {"POUR": 2})
     assert holds(read_formula("exists x. (exists y. (POUR(x, y)))", signature)[0], path)
     assert not holds(read_formula("exists x. (POUR(x, x))", signature)[0], path)
     assert holds(read_formula("forn 1 x. (exists y. (POUR(x, y)))", signature)[0], path)
@@ -270,19 +270,21 @@ def taken(leaf: Atom | Occurs, place: int, binding: Mapping[str, str]) -> frozen
 def test_the_support_of_a_variable_is_found_from_the_shape_of_the_formula(
     text: str, true: set[str] | None, false: set[str] | None
 ) -> None:
-    quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
+    quantified = read_formula(f"exists x. ({text})", FormulaSignature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
-    assert find_values_for_truth(quantified.body, "x", {}, True, taken) == (
+    assert find_possible_values_of_variable(quantified.body, "x", {}, True, taken) == (
         None if true is None else frozenset(true)
     )
-    assert find_values_for_truth(quantified.body, "x", {}, False, taken) == (
+    assert find_possible_values_of_variable(quantified.body, "x", {}, False, taken) == (
         None if false is None else frozenset(false)
     )
 
 
 def test_an_equation_with_a_bound_variable_supports_one_object() -> None:
     equation = Equals(Variable("x"), Variable("y"))
-    assert find_values_for_truth(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
+    assert find_possible_values_of_variable(equation, "x", {"y": "cup.1"}, True, taken) == frozenset(
+        {"cup.1"}
+    )
 
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")

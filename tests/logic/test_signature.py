@@ -11,13 +11,13 @@ from eai.logic.formula import (
     Occurs,
 )
 from eai.logic.ltl import MAX_CACHED_ATOMS_AND_ACTIONS, read_formula
-from eai.logic.signature import Signature, find_line_and_column, join_with_or
+from eai.logic.signature import FormulaSignature, find_line_and_column, join_with_or
 
 P = Atom("p", (Constant("a"),))
 
 
 def test_misuses_have_a_kind_and_a_position() -> None:
-    signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
+    signature = FormulaSignature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
     text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
     found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in read_formula(text, signature)[1]]
     assert found == [
@@ -30,7 +30,7 @@ def test_misuses_have_a_kind_and_a_position() -> None:
 
 
 def test_a_variable_is_not_an_object_outside_its_quantifier() -> None:
-    signature = Signature({"open": 1}, objects=())
+    signature = FormulaSignature({"open": 1}, objects=())
     assert read_formula("forall x. (open(x))", signature)[1] == ()
     (misuse,) = read_formula("forall x. (open(x)) and open(x)", signature)[1]
     assert (misuse.kind, misuse.column) == ("unknown_object", 30)
@@ -38,12 +38,12 @@ def test_a_variable_is_not_an_object_outside_its_quantifier() -> None:
 
 def test_actions_come_from_the_signature() -> None:
     grab = Occurs("grab", (Constant("a"),))
-    assert read_formula("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1}))[0] == And((grab, P))
-    assert read_formula("p(a)", Signature({"p": 1}, {"p": 2}))[0] == P
+    assert read_formula("grab(a) and p(a)", FormulaSignature({"p": 1}, {"grab": 1}))[0] == And((grab, P))
+    assert read_formula("p(a)", FormulaSignature({"p": 1}, {"p": 2}))[0] == P
 
 
 def test_cached_primitives_are_valid_at_every_position() -> None:
-    signature = Signature({"open": 1}, {"grab": 1}, {"cup.1"})
+    signature = FormulaSignature({"open": 1}, {"grab": 1}, {"cup.1"})
     text = "grab(cup.1) then open(cup.1) then open(cup.2) and exists x. (open(x)) and grab(cup.1)"
     first = read_formula(text, signature)
     assert set(signature.parsed) == {"grab(cup.1)", "open(cup.1)"}
@@ -53,7 +53,7 @@ def test_cached_primitives_are_valid_at_every_position() -> None:
 
 
 def test_the_cache_of_primitives_is_bounded() -> None:
-    signature = Signature({"open": 1})
+    signature = FormulaSignature({"open": 1})
     read_formula(
         " and ".join(f"open(cup.{number})" for number in range(2 * MAX_CACHED_ATOMS_AND_ACTIONS)), signature
     )

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from eai.logic.formula import Formula
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.start import is_refuted_by_initial_state
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts
@@ -50,7 +50,7 @@ def test_a_broken_formula_holds_on_no_trace_with_this_start(
     ],
 )
 def test_examples_of_broken_formulas(text: str, expected: bool) -> None:
-    names = Signature({"p": 0, "q": 0, "r": 0}, {"GRAB": 0})
+    names = FormulaSignature({"p": 0, "q": 0, "r": 0}, {"GRAB": 0})
     formula, misuses = read_formula(text, names)
     assert not misuses
     assert is_refuted_by_initial_state(formula, trace("p")) is expected

@@ -65,7 +65,10 @@ def test_lasting_and_perishing_parts_are_found_by_their_shape(
 ) -> None:
     formula = parse(text)
     found = find_monotone_subformula_ids(formula)
-    assert (id(formula) in found.true_when_longer, id(formula) in found.true_when_shorter) == (
+    assert (
+        id(formula) in found.ids_staying_true_when_longer,
+        id(formula) in found.ids_staying_true_when_shorter,
+    ) == (
         lasting,
         perishing,
     )

@@ -24,7 +24,7 @@ from sweeps import every
 
 def best_of(*goals: str, met: str = "", others: int = 0, others_met: int = 0) -> tuple[int, int, bool]:
     """Return the best share if the conditions in `met`, separated by blanks, are true."""
-    best = best_option.make_best_goal_option_finder(
+    best = best_option.make_finder_of_most_satisfied_goal_option(
         [build_and_or_tree(parse(goal), objects) for goal in goals], others
     )
     true = {str(parse(text)) for text in met.split()}
@@ -112,7 +112,7 @@ def test_many_options_are_never_written_out(size: int) -> None:
         build_and_or_tree(pairs, lambda category: names),
     ]
     assert count_dnf_terms_of_tree(choices[0]) == size**size
-    best = best_option.make_best_goal_option_finder(choices)
+    best = best_option.make_finder_of_most_satisfied_goal_option(choices)
     assert best(0) == (0, 2 * size, True)
     assert best((1 << len(best.atoms)) - 1) == (2 * size, 2 * size, True)
 
@@ -120,7 +120,7 @@ def test_many_options_are_never_written_out(size: int) -> None:
 def test_a_share_that_may_not_be_the_largest_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     rng, names = Random(1), [f"o{number}" for number in range(40)]
     parts = [_both(rng.sample(names, 4)) for _ in range(30)]
-    best = best_option.make_best_goal_option_finder(
+    best = best_option.make_finder_of_most_satisfied_goal_option(
         [build_and_or_tree(part, lambda category: names) for part in parts]
     )
     true = rng.getrandbits(40)
@@ -143,7 +143,7 @@ def test_the_share_is_that_of_all_options_written_out(every: int) -> None:
     for seed in range(0, 300, every):
         rng = Random(seed)
         choices, others = random_choices(rng), rng.randint(0, 2)
-        best = best_option.make_best_goal_option_finder(choices, others)
+        best = best_option.make_finder_of_most_satisfied_goal_option(choices, others)
         for density in (0.1, 0.5, 0.9):
             true = frozenset(
                 [atom for atom in best.atoms if isinstance(atom, f.Atom) and rng.random() < density]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
-from eai.tasks.goal_test import GoalTest, find_indices_of_longest_met_series
+from eai.tasks.goal_test import GoalTest, find_longest_series_of_met_action_goals
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
@@ -98,7 +98,7 @@ def test_the_longest_run_of_goals_in_order_counts(goals: list[tuple[str, ...]], 
         rest = iter(actions)
         return all(any(action in goals[i] for action in rest) for i in chosen)
 
-    found = find_indices_of_longest_met_series(goals, actions)
+    found = find_longest_series_of_met_action_goals(goals, actions)
     assert is_met(found)
     longer = combinations(range(len(goals)), len(found) + 1)
     assert not any(is_met(chosen) for chosen in longer)

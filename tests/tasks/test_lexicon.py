@@ -5,15 +5,15 @@ import pytest
 from abilities.subgoal_decomposition.test_scorer import TASK
 from eai.base.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.lexicon import FormulaNameLexicon
 from eai.world.action import Action
 from world import toy
 
-LEXICON = FormulaLexicon(
+LEXICON = FormulaNameLexicon(
     TASK.scene,
-    Signature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
+    FormulaSignature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
     {"lamp": 5, "lamp.1": 5, "red": 3},
     predicates={"shining": "lit"},
     actions={"press": "PRESS"},
@@ -33,18 +33,22 @@ def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
 
 def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
     dark = GroundAtom("lit", (5,), truth=False)
-    assert LEXICON.write_literal(dark) == Not(Atom("lit", (Constant("lamp.1"),)))
-    assert LEXICON.write_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
-    hidden = FormulaLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
-    assert hidden.write_literal(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
+    assert LEXICON.convert_literal_to_formula(dark) == Not(Atom("lit", (Constant("lamp.1"),)))
+    assert LEXICON.convert_action_to_formula(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
+    hidden = FormulaNameLexicon(
+        TASK.scene, FormulaSignature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"}
+    )
+    assert hidden.convert_literal_to_formula(GroundAtom("lit", (5,), truth=True)) == Atom(
+        "shining", (Constant("lamp"),)
+    )
 
 
 def test_a_formula_means_something_in_the_domain() -> None:
     x = Variable("x")
     said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))
-    meant = LEXICON.replace_by_domain_names(said)
+    meant = LEXICON.replace_names_in_texts_by_domain_names(said)
     assert toy.DOMAIN.holds(meant, TASK.initial) is False
-    assert LEXICON.replace_by_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
+    assert LEXICON.replace_names_in_texts_by_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
         "PRESS", (Constant("lamp"),)
     )
     assert LEXICON.has_unknown_names(Not(Atom("seen", (x,))))

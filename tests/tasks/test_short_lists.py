@@ -4,7 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.tasks.short_lists import shorten_facts, shorten_names, spell_out
+from eai.tasks.short_lists import (
+    expand_shortened_lists,
+    join_names_with_number_ranges,
+    write_similar_facts_on_one_line,
+)
 from eai.world.state import Fact
 
 NAMES = (
@@ -37,7 +41,7 @@ def test_facts_that_differ_in_one_name_share_a_line() -> None:
         Fact("between", (2, 1, 7)),
         Fact("raining", ()),
     ]
-    assert [*shorten_facts(facts, NAMES, write)] == [
+    assert [*write_similar_facts_on_one_line(facts, NAMES, write)] == [
         "clean(*): jar_0..2, hall",
         "in(*, hall): jar_0, jar_1",
         "in(b2c, *): jar_07, jar_08",
@@ -50,7 +54,7 @@ def test_facts_that_differ_in_one_name_share_a_line() -> None:
 @given(st.lists(st.integers(0, len(NAMES) - 1)))
 def test_short_lists_of_names_can_be_spelled_out(chosen: list[int]) -> None:
     names = [NAMES[i] for i in chosen]
-    assert spell_out(shorten_names(names)) == ", ".join(names)
+    assert expand_shortened_lists(join_names_with_number_ranges(names)) == ", ".join(names)
 
 
 arguments = st.integers(0, len(NAMES) - 1)
@@ -65,8 +69,8 @@ facts = st.one_of(
 @given(st.lists(facts, unique=True), st.sampled_from(["", "+ ", "- "]))
 def test_short_lists_of_facts_can_be_spelled_out(chosen: list[Fact], sign: str) -> None:
     chosen = sorted(chosen, key=lambda fact: fact.predicate)
-    lines = [f"{sign}{line}" for line in shorten_facts(chosen, NAMES, write)]
-    told = spell_out("\n".join(lines)).splitlines()
+    lines = [f"{sign}{line}" for line in write_similar_facts_on_one_line(chosen, NAMES, write)]
+    told = expand_shortened_lists("\n".join(lines)).splitlines()
     assert sorted(told) == sorted(
         f"{sign}{write(fact.predicate, [NAMES[i] for i in fact.arguments])}" for fact in chosen
     )
@@ -74,11 +78,11 @@ def test_short_lists_of_facts_can_be_spelled_out(chosen: list[Fact], sign: str) 
 
 @pytest.mark.parametrize("name", ["jar..3", "jar_0..999999999", f"jar_0..{'9' * 5000}"])
 def test_a_name_that_looks_like_a_range_is_not_spelled_out(name: str) -> None:
-    assert spell_out(f"clean({name})") == f"clean({name})"
+    assert expand_shortened_lists(f"clean({name})") == f"clean({name})"
 
 
 def test_objects_of_a_kind_are_spelled_out() -> None:
     text = "Objects [kind]: properties\njar_0..2, hall [thing]: OPEN, CLEAN\nlamp [lamp]: -\n\nNow:\n-"
     told = "Objects [kind]: properties\njar_0 [thing]: OPEN, CLEAN\njar_1 [thing]: OPEN, CLEAN\n"
     told += "jar_2 [thing]: OPEN, CLEAN\nhall [thing]: OPEN, CLEAN\nlamp [lamp]: -\n\nNow:\n-"
-    assert spell_out(text) == told
+    assert expand_shortened_lists(text) == told

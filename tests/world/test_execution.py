@@ -4,7 +4,7 @@ import pytest
 
 from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain_truth, holds
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.world.action import Action
 from eai.world.execution import describe_fault, execute_plan, to_trace
 from eai.world.fault import FaultKind
@@ -87,7 +87,7 @@ START = toy.initial()
 ROBOT, HALL, SHED, RED, BLUE, LAMP = range(6)
 PLAN = (Action("LIFT", (RED,)), Action("LIFT", (RED,)), Action("GO", (SHED,)), Action("PRESS", (LAMP,)))
 TIMELINE = to_trace(execute_plan(toy.DOMAIN, START, PLAN[::2]))
-SIGNATURE = Signature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, "LIFT": 1})
+SIGNATURE = FormulaSignature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, "LIFT": 1})
 
 
 @pytest.mark.parametrize(
@@ -119,4 +119,4 @@ def test_evidence_counts_executed_steps_only() -> None:
 def test_skipped_and_failed_steps_are_not_part_of_the_trace() -> None:
     failed = to_trace(execute_plan(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
     assert failed.length == 1
-    assert not holds(read_formula("DROP(red)", Signature({}, {"DROP": 1}))[0], failed)
+    assert not holds(read_formula("DROP(red)", FormulaSignature({}, {"DROP": 1}))[0], failed)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from eai.pddl.planning import PddlPlanner
     from eai.tasks.source import TaskSet
     from eai.tasks.task import Task
-    from eai.tasks.wording import SuiteWording
+    from eai.tasks.wording import PromptAndAnswerWording
     from eai.world.domain import Domain
 
 V = TypeVar("V", bound=Verdict)
@@ -109,8 +109,8 @@ class DomainAndNotation:
     notation: Notation
     subgoal_notation: Callable[[], SubgoalNotation]
     make_planner: Callable[[], PddlPlanner | None]
-    wording: Callable[[Ability], SuiteWording]
-    observation_wording: Callable[[], SuiteWording]
+    wording: Callable[[Ability], PromptAndAnswerWording]
+    observation_wording: Callable[[], PromptAndAnswerWording]
     benchmark: object = None
 
 

@@ -21,7 +21,7 @@ from eai.tasks.prompts.own import write_initial_state
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS_PREFIX = "What went wrong in attempt"
@@ -53,7 +53,7 @@ class MultiAttemptQuestionWriter:
     """
 
     prompt_of: Callable[[str], Prompt]
-    wording: SuiteWording
+    wording: PromptAndAnswerWording
     restate: Restate | None = None
     templates: PromptTemplates = field(default_factory=PromptTemplates)
     perceive: ScenePerception | None = None

@@ -214,7 +214,7 @@ def report_goals(
     If there is a trajectory, the report on a missed goal over time describes how the trajectory violates the
     goal.
     """
-    kinds = [goal.kind.value for goal in task.goals_without_hazards]
+    kinds = [goal.kind.value for goal in task.goals_not_about_hazards]
     is_untold = isinstance(task.special, HazardousTaskMark) and task.special.untold
     kinds += [HIDDEN_HAZARD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
     return tuple(

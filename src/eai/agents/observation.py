@@ -16,11 +16,16 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
 from eai.tasks.prompts.own import explain_goal_notation, make_domain_texts_by_placeholder
-from eai.tasks.prompts.short import shorten_object_list, shorten_state
+from eai.tasks.prompts.short import merge_lines_of_similar_objects, shorten_state
 from eai.tasks.prompts.template import PromptTemplates, Text
-from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
+from eai.tasks.short_lists import (
+    HOW_TO_READ,
+    expand_shortened_lists,
+    join_names_with_number_ranges,
+    write_similar_facts_on_one_line,
+)
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from eai.world.derived import find_stored_dependencies
 from eai.world.listing import FactLister
 from eai.world.relation import iterate_bits, make_mask
@@ -88,12 +93,14 @@ class Observer:
         first: the observation of the initial state.
     """
 
-    def __init__(self, task: Task, wording: SuiteWording, observe: Observe, view: View = "task") -> None:
+    def __init__(
+        self, task: Task, wording: PromptAndAnswerWording, observe: Observe, view: View = "task"
+    ) -> None:
         self._task = task
         self._wording = wording
         self._is_full = observe == "full"
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
-        self._get_kind = cache(partial(wording.describe_kind, task))
+        self._get_kind = cache(partial(wording.describe_object_kind_and_properties, task))
         self.agent = task.scene.agent
         self._egocentric_predicates = {
             predicate.name for predicate in wording.domain.egocentric if view == "scene"
@@ -132,11 +139,11 @@ class Observer:
 
     def render_names(self, objects: Iterable[int]) -> str:
         """Return the names of objects as text. Names with consecutive numbers become ranges."""
-        return shorten_names([self._names[index] for index in objects])
+        return join_names_with_number_ranges([self._names[index] for index in objects])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
         """Yield lines of text that state the given facts."""
-        return shorten_facts(facts, self._names, self._wording.write_fact_with_names)
+        return write_similar_facts_on_one_line(facts, self._names, self._wording.write_fact_with_names)
 
     def render_fact(self, fact: Fact) -> str:
         """Return the text of a single fact."""
@@ -312,9 +319,13 @@ class AgentMemory:
         facts = "What the pictures show." if is_pictured else self.observation.facts_text or "-"
         values: dict[str, Text] = {
             "objects": described,
-            "short_objects": lambda: shorten_object_list(spell_out(described), shorten_names),
+            "short_objects": lambda: merge_lines_of_similar_objects(
+                expand_shortened_lists(described), join_names_with_number_ranges
+            ),
             "facts": facts,
-            "short_facts": lambda: shorten_state(spell_out(facts), spell_out(described)),
+            "short_facts": lambda: shorten_state(
+                expand_shortened_lists(facts), expand_shortened_lists(described)
+            ),
         }
         return self._templates.fill_template("view.txt", values)
 
@@ -369,7 +380,7 @@ class AgentMemory:
             yield from self._render_changes(changes)
 
 
-def make_task_text(task: Task, wording: SuiteWording, rules: GameRules) -> str:
+def make_task_text(task: Task, wording: PromptAndAnswerWording, rules: GameRules) -> str:
     """Return the beginning of the first observation: the instruction, the goals and explanations."""
     templates, stated = PromptTemplates(variant=rules.prompts), wording.describe_goals(task)
     agent = task.scene.agent

@@ -172,7 +172,7 @@ class _EpisodeScorer(Scorer):
             success=False,
             goals=self.goals.tally_by_kind(self.goals.none_reached),
             goals_satisfied=self.goals.none_reached,
-            partial=self.goals.partial_success_without_execution,
+            partial=self.goals.partial_success_of_unexecuted_answer,
             ended="stopped",
             refused=None,
             declared=False,
@@ -197,7 +197,7 @@ class _EpisodeScorer(Scorer):
             goals_satisfied=held,
             partial=self.goals.find_partial_success(game.state, game.executed_operators, held)
             if turns
-            else self.goals.partial_success_without_execution,
+            else self.goals.partial_success_of_unexecuted_answer,
             turns=turns,
             ended=ended,
             refused=game.refused,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
     from eai.tasks.problem_world import DomainAndProblemReader
     from eai.tasks.prompts.prompt import GoalSection, Prompt, PromptFiles
-    from eai.tasks.wording import SuiteWording
+    from eai.tasks.wording import PromptAndAnswerWording
 
 FOLDER = "formats"
 
@@ -294,17 +294,17 @@ class Benchmark:
         )
         if correct is None:
             return files
-        return files.correct_questions(
+        return files.rewrite_questions(
             lambda name, question: correct(self.data.task_id_of(name) or name, question)
         )
 
-    def wording(self, ability: Ability) -> SuiteWording:
+    def wording(self, ability: Ability) -> PromptAndAnswerWording:
         """Return the names of objects and predicates that prompts of an ability use."""
         if self.notation.wordings is not None:
             return self.notation.wordings(ability)
-        from eai.tasks.wording import SuiteWording  # not needed for scoring
+        from eai.tasks.wording import PromptAndAnswerWording  # not needed for scoring
 
-        return SuiteWording.from_domain(self.domain)
+        return PromptAndAnswerWording.from_domain(self.domain)
 
     def subgoal_notation(self) -> SubgoalNotation:
         """Return the notation (format) in which answers write subgoals."""
@@ -312,7 +312,7 @@ class Benchmark:
 
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
-    def observation_wording(self) -> SuiteWording:
+    def observation_wording(self) -> PromptAndAnswerWording:
         """Return the names of objects and predicates that observations use.
 
         Observations use the names in prompts for plans, and also names of some further predicates.

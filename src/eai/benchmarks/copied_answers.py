@@ -87,7 +87,9 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
         if goal.kind is not GoalKind.ACTION
         for part in split_conjuncts(_expand_quantifiers(goal.formula, task.scene))
     ]
-    return [lexicon.replace_by_names_in_texts(part) for part in (*actions, *dict.fromkeys(lasting))]
+    return [
+        lexicon.replace_domain_names_by_names_in_texts(part) for part in (*actions, *dict.fromkeys(lasting))
+    ]
 
 
 def _join_formulas(kind: type[f.And | f.Or], parts: Sequence[f.Formula]) -> f.Formula:

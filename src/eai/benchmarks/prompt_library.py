@@ -25,7 +25,7 @@ from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
     PromptTemplateValues,
-    make_format_samples_by_placeholder,
+    make_answer_format_samples_by_placeholder,
     render_operator_prompts,
     render_prompts,
     render_task_prompt,
@@ -41,7 +41,7 @@ from eai.tasks.prompts.prompt import (
 from eai.tasks.prompts.template import PromptTemplates, list_template_names
 from eai.tasks.source import Source, TaskSet, use_tasks
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 
 
 def make_answer_schema(
@@ -231,7 +231,7 @@ class PromptLibrary:
             own_format
             or notation.formats.get(ability)
             or templates.fill_template(
-                f"formats/{ability.value}.txt", make_format_samples_by_placeholder(wording)
+                f"formats/{ability.value}.txt", make_answer_format_samples_by_placeholder(wording)
             ),
             lambda task_id: book[task_id].text,
             beliefs,
@@ -265,7 +265,9 @@ class PromptLibrary:
         return prompts
 
 
-def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
+def _make_benchmark_of_examples(
+    benchmark: Benchmark, wording: PromptAndAnswerWording, source: Source
+) -> Benchmark:
     """Return the benchmark from which prompts take examples.
 
     If the wording of the prompts comes from the benchmark's declaration, the result has only one task, which

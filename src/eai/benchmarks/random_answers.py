@@ -33,7 +33,7 @@ from eai.planning.successor_generator import generate_applicable_actions_of_oper
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording, list_objects_in_prompt
+from eai.tasks.wording import PromptAndAnswerWording, list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt_action, execute_plan
@@ -143,7 +143,9 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]
     return [
-        format_ltl(lexicon.replace_by_names_in_texts(rng.choice(of_step))) for of_step in changes if of_step
+        format_ltl(lexicon.replace_domain_names_by_names_in_texts(rng.choice(of_step)))
+        for of_step in changes
+        if of_step
     ]
 
 
@@ -158,7 +160,9 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
     )
 
 
-def _list_changed_facts(wording: SuiteWording, task: Task, before: State, after: State) -> Iterator[Literal]:
+def _list_changed_facts(
+    wording: PromptAndAnswerWording, task: Task, before: State, after: State
+) -> Iterator[Literal]:
     """Yield the negations of facts that became false between two states, then facts that became true.
 
     Only facts that prompts show count.

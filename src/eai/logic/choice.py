@@ -47,21 +47,21 @@ class AndOrTreeLiteral:
 
 
 @dataclass(frozen=True, slots=True)
-class AllOf(Generic[T]):
+class AndNode(Generic[T]):
     """An and-or tree whose parts must all be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class AnyOf(Generic[T]):
+class OrNode(Generic[T]):
     """An and-or tree with alternative parts: one part must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class ExactlyNOf(Generic[T]):
+class ExactCountNode(Generic[T]):
     """An and-or tree with alternative parts: exactly ``count`` parts must be made true."""
 
     count: int
@@ -69,7 +69,7 @@ class ExactlyNOf(Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class AndOrTreePairing(Generic[T]):
+class BipartiteMatchingNode(Generic[T]):
     """A node of an and-or tree whose subtrees stand in a table, such as one subtree for each pair of objects.
 
     The node is true if ``count`` cells of the table are true, no two of them in one row or column. A cell
@@ -81,8 +81,8 @@ class AndOrTreePairing(Generic[T]):
 
 
 AndOrTree: TypeAlias = (
-    "AndOrTreeLiteral | AllOf[AndOrTree] | AnyOf[AndOrTree] | ExactlyNOf[AndOrTree]"
-    " | AndOrTreePairing[AndOrTree]"
+    "AndOrTreeLiteral | AndNode[AndOrTree] | OrNode[AndOrTree] | ExactCountNode[AndOrTree]"
+    " | BipartiteMatchingNode[AndOrTree]"
 )
 
 
@@ -114,18 +114,18 @@ class _AndOrTreeBuilder:
                 return self.build(operand, binding, not positive)
             case f.And(operands) | f.Or(operands):
                 parts = tuple([self.build(operand, binding, positive) for operand in operands])
-                return AllOf(parts) if isinstance(formula, f.And) == positive else AnyOf(parts)
+                return AndNode(parts) if isinstance(formula, f.And) == positive else OrNode(parts)
             case f.Implies(premise, conclusion):
                 return self.build(f.Or((f.Not(premise), conclusion)), binding, positive)
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 parts = self._build_tree_for_each_value(variable, body, binding, positive)
-                return AllOf(parts) if isinstance(formula, f.ForAll) == positive else AnyOf(parts)
+                return AndNode(parts) if isinstance(formula, f.ForAll) == positive else OrNode(parts)
             case f.Exactly(count, variable, body) if positive:
-                return ExactlyNOf(count, self._build_tree_for_each_value(variable, body, binding, True))
+                return ExactCountNode(count, self._build_tree_for_each_value(variable, body, binding, True))
             case f.ForPairs() if positive:
-                return self._build_pairing_tree(formula, binding)
+                return self._build_node_of_pairs_quantifier(formula, binding)
             case f.Then(steps) if positive:
-                return AllOf(tuple([self.build(step, binding, True) for step in steps]))
+                return AndNode(tuple([self.build(step, binding, True) for step in steps]))
             case _:
                 negated = "" if positive else "a negated "
                 raise InputError(
@@ -139,19 +139,21 @@ class _AndOrTreeBuilder:
         values = self._objects(variable.category)
         return tuple([self.build(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _build_pairing_tree(
+    def _build_node_of_pairs_quantifier(
         self, formula: f.ForPairs, binding: Mapping[str, str]
-    ) -> AndOrTreePairing[AndOrTree]:
+    ) -> BipartiteMatchingNode[AndOrTree]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
 
-        def build_tree_of_pair(first_object: str, second_object: str) -> AndOrTree | None:
+        def build_body_tree_for_object_pair(first_object: str, second_object: str) -> AndOrTree | None:
             if first_object == second_object:
                 return None
             return self.build(body, {**binding, first.name: first_object, second.name: second_object}, True)
 
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return AndOrTreePairing(count, tuple(tuple(build_tree_of_pair(x, y) for y in columns) for x in rows))
+        return BipartiteMatchingNode(
+            count, tuple(tuple(build_body_tree_for_object_pair(x, y) for y in columns) for x in rows)
+        )
 
 
 def _build_leaf(
@@ -160,7 +162,7 @@ def _build_leaf(
     match formula:
         case f.Equals(left, right):
             true = resolve_term(left, binding) == resolve_term(right, binding)
-            return AllOf(()) if true == positive else AnyOf(())
+            return AndNode(()) if true == positive else OrNode(())
         case f.Atom(predicate, arguments):
             literal: f.Atom | f.Occurs = f.Atom(
                 predicate, tuple([resolve_term(t, binding) for t in arguments])
@@ -220,15 +222,15 @@ def generate_dnf_terms_of_tree(tree: AndOrTree) -> Iterator[DnfTerm]:
     match tree:
         case AndOrTreeLiteral(literal):
             yield (literal,)
-        case AllOf(parts):
+        case AndNode(parts):
             yield from _combine_dnf_terms_of_parts(parts)
-        case AnyOf(parts):
+        case OrNode(parts):
             yield from chain.from_iterable(map(generate_dnf_terms_of_tree, parts))
-        case ExactlyNOf(count, parts):
+        case ExactCountNode(count, parts):
             if count <= len(parts):  # a huge `count` would fill memory in `combinations`
                 yield from chain.from_iterable(map(_combine_dnf_terms_of_parts, combinations(parts, count)))
-        case AndOrTreePairing(count, cells):
-            for pairs in _generate_object_pairings(count, cells):
+        case BipartiteMatchingNode(count, cells):
+            for pairs in _generate_bipartite_matchings(count, cells):
                 yield from _combine_dnf_terms_of_parts(pairs)
         case _:
             assert_never(tree)
@@ -239,17 +241,17 @@ def count_dnf_terms_of_tree(tree: AndOrTree) -> int:
     match tree:
         case AndOrTreeLiteral():
             return 1
-        case AllOf(parts):
+        case AndNode(parts):
             return prod(map(count_dnf_terms_of_tree, parts))
-        case AnyOf(parts):
+        case OrNode(parts):
             return sum(map(count_dnf_terms_of_tree, parts))
-        case ExactlyNOf(count, parts):
+        case ExactCountNode(count, parts):
             return _sum_products_over_subsets(count, [count_dnf_terms_of_tree(part) for part in parts])
-        case AndOrTreePairing(count, cells):
+        case BipartiteMatchingNode(count, cells):
             numbers = [
                 [0 if cell is None else count_dnf_terms_of_tree(cell) for cell in row] for row in cells
             ]
-            return _count_dnf_terms_of_object_pairing(count, numbers)
+            return _count_dnf_terms_of_matching_node(count, numbers)
         case _:
             assert_never(tree)
 
@@ -263,21 +265,25 @@ def _combine_dnf_terms_of_parts(parts: Sequence[AndOrTree]) -> Iterator[DnfTerm]
             yield head + tail
 
 
-def _generate_object_pairings(
-    pair_count: int, table: Sequence[Sequence[AndOrTree | None]]
+def _generate_bipartite_matchings(
+    matching_size: int, trees_by_row: Sequence[Sequence[AndOrTree | None]]
 ) -> Iterator[list[AndOrTree]]:
-    """Yield all sets of ``pair_count`` cells of a table in which no two cells share a row or column.
+    """Yield all sets of ``matching_size`` cells of a table in which no two cells share a row or column.
 
     The sets are ordered by rows, or by columns if the table has fewer columns than rows.
     """
-    lines = table if len(table) < (len(table[0]) if table else 0) else list(zip(*table, strict=True))
+    lines = (
+        trees_by_row
+        if len(trees_by_row) < (len(trees_by_row[0]) if trees_by_row else 0)
+        else list(zip(*trees_by_row, strict=True))
+    )
     across = len(lines[0]) if lines else 0
-    if pair_count > min(len(lines), across):  # a huge `count` would fill memory in `combinations`
+    if matching_size > min(len(lines), across):  # a huge `count` would fill memory in `combinations`
         return
-    for some in combinations(lines, pair_count):
-        for others in permutations(range(across), pair_count):
+    for some in combinations(lines, matching_size):
+        for others in permutations(range(across), matching_size):
             pairs = [cell for line, i in zip(some, others, strict=True) if (cell := line[i]) is not None]
-            if len(pairs) == pair_count:
+            if len(pairs) == matching_size:
                 yield pairs
 
 
@@ -292,38 +298,40 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
     return sums[subset_size]
 
 
-def _count_dnf_terms_of_object_pairing(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
-    """Count the DNF terms of a node with a table of subtrees (`AndOrTreePairing`).
+def _count_dnf_terms_of_matching_node(matching_size: int, term_counts_by_row: Sequence[Sequence[int]]) -> int:
+    """Count the DNF terms of a node with a table of subtrees (`BipartiteMatchingNode`).
 
-    ``term_counts`` has the number of DNF terms of each cell of the table. The node is true if
-    ``pair_count`` cells are true, no two of them in one row or column. Each such set of cells has as many
+    ``term_counts_by_row`` has the number of DNF terms of each cell of the table. The node is true if
+    ``matching_size`` cells are true, no two of them in one row or column. Each such set of cells has as many
     DNF terms as the product of the numbers of its cells.
     """
-    rows, columns = len(term_counts), len(term_counts[0]) if term_counts else 0
-    if pair_count > min(rows, columns):
+    rows, columns = len(term_counts_by_row), len(term_counts_by_row[0]) if term_counts_by_row else 0
+    if matching_size > min(rows, columns):
         return 0
-    values = {cell_count for row in term_counts for cell_count in row}
+    values = {cell_count for row in term_counts_by_row for cell_count in row}
     if len(values) == 1:
-        placements = comb(rows, pair_count) * comb(columns, pair_count) * factorial(pair_count)
-        return placements * prod([values.pop()] * pair_count)
-    lines = term_counts if rows > columns else list(zip(*term_counts, strict=True))
-    return _count_dnf_terms_of_object_pairing_by_row(pair_count, lines)
+        placements = comb(rows, matching_size) * comb(columns, matching_size) * factorial(matching_size)
+        return placements * prod([values.pop()] * matching_size)
+    lines = term_counts_by_row if rows > columns else list(zip(*term_counts_by_row, strict=True))
+    return _count_dnf_terms_of_matching_node_row_by_row(matching_size, lines)
 
 
-def _count_dnf_terms_of_object_pairing_by_row(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
-    """Return the same number as `_count_dnf_terms_of_object_pairing`. Choose cells row by row.
+def _count_dnf_terms_of_matching_node_row_by_row(
+    matching_size: int, term_counts_by_row: Sequence[Sequence[int]]
+) -> int:
+    """Return the same number as `_count_dnf_terms_of_matching_node`. Choose cells row by row.
 
     The number of DNF terms of the cells that are chosen so far is kept for each set of columns with a
     chosen cell.
     """
     sums = {0: 1}
-    for line in term_counts:
+    for line in term_counts_by_row:
         for taken, number in list(sums.items()):
             for column, cell_count in enumerate(line):
-                if cell_count and not taken >> column & 1 and taken.bit_count() < pair_count:
+                if cell_count and not taken >> column & 1 and taken.bit_count() < matching_size:
                     extended = taken | 1 << column
                     sums[extended] = sums.get(extended, 0) + number * cell_count
-    return sum(number for taken, number in sums.items() if taken.bit_count() == pair_count)
+    return sum(number for taken, number in sums.items() if taken.bit_count() == matching_size)
 
 
 SHARED_WEIGHT = 1 << 20
@@ -345,14 +353,16 @@ class _ScoredDnfTerm:
     conditions: int
 
 
-FindClosestDnfTerm: TypeAlias = Callable[[int], "_ScoredDnfTerm | None"]
+FindDnfTermClosestToAnswer: TypeAlias = Callable[[int], "_ScoredDnfTerm | None"]
 """Function that returns the DNF term of a goal that shares most conditions with an answer.
 
 Its argument is the mask of the answer's conditions. It returns None if the goal has no DNF term.
 """
 
 
-def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal], int]) -> FindClosestDnfTerm:
+def make_finder_of_dnf_term_closest_to_answer(
+    tree: AndOrTree, get_condition_number: Callable[[Literal], int]
+) -> FindDnfTermClosestToAnswer:
     """Return a function that finds the DNF term that shares most conditions with an answer.
 
     If several DNF terms share equally many, the shortest is chosen, then the first. The score of a
@@ -361,33 +371,43 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
 
     Args:
         tree: the and-or tree of the goal.
-        number_of: returns the number of a condition; equal conditions have equal numbers.
+        get_condition_number: returns the number of a condition; equal conditions have equal numbers.
     """
     match tree:
         case AndOrTreeLiteral(literal):
-            return _make_dnf_term_finder_for_literals(1 << number_of(literal))
-        case AllOf(parts):
-            leaves = [1 << number_of(part.literal) for part in parts if isinstance(part, AndOrTreeLiteral)]
+            return _make_dnf_term_finder_for_literals(1 << get_condition_number(literal))
+        case AndNode(parts):
+            leaves = [
+                1 << get_condition_number(part.literal)
+                for part in parts
+                if isinstance(part, AndOrTreeLiteral)
+            ]
             together = _make_dnf_term_finder_for_literals(reduce(or_, leaves, 0))
             others = [
-                make_closest_dnf_term_finder(part, number_of)
+                make_finder_of_dnf_term_closest_to_answer(part, get_condition_number)
                 for part in parts
                 if not isinstance(part, AndOrTreeLiteral)
             ]
             return _make_dnf_term_finder_for_conjunction((together, *others)) if others else together
-        case AnyOf(parts):
+        case OrNode(parts):
             return _make_dnf_term_finder_for_disjunction(
-                [make_closest_dnf_term_finder(part, number_of) for part in parts]
+                [make_finder_of_dnf_term_closest_to_answer(part, get_condition_number) for part in parts]
             )
-        case ExactlyNOf(count, parts):
-            return _make_dnf_term_finder_for_count(
-                count, [make_closest_dnf_term_finder(part, number_of) for part in parts]
+        case ExactCountNode(count, parts):
+            return _make_dnf_term_finder_for_exact_count(
+                count,
+                [make_finder_of_dnf_term_closest_to_answer(part, get_condition_number) for part in parts],
             )
-        case AndOrTreePairing(count, cells):
-            return _make_dnf_term_finder_for_object_pairing(
+        case BipartiteMatchingNode(count, cells):
+            return _make_dnf_term_finder_for_matching_node(
                 count,
                 [
-                    [None if cell is None else make_closest_dnf_term_finder(cell, number_of) for cell in row]
+                    [
+                        None
+                        if cell is None
+                        else make_finder_of_dnf_term_closest_to_answer(cell, get_condition_number)
+                        for cell in row
+                    ]
                     for row in cells
                 ],
             )
@@ -395,26 +415,32 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
             assert_never(tree)
 
 
-def _make_dnf_term_finder_for_literals(literal_mask: int) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_literals(literal_mask: int) -> FindDnfTermClosestToAnswer:
     size = literal_mask.bit_count()
     return lambda stated: _ScoredDnfTerm(
         (literal_mask & stated).bit_count() * SHARED_WEIGHT - size, literal_mask
     )
 
 
-def _make_dnf_term_finder_for_conjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_conjunction(
+    part_finders: Sequence[FindDnfTermClosestToAnswer],
+) -> FindDnfTermClosestToAnswer:
     return lambda stated: _conjoin_scored_dnf_terms([find(stated) for find in part_finders])
 
 
-def _make_dnf_term_finder_for_disjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_disjunction(
+    part_finders: Sequence[FindDnfTermClosestToAnswer],
+) -> FindDnfTermClosestToAnswer:
     if len(part_finders) == 1:
         return part_finders[0]
     return lambda stated: max(filter(None, [find(stated) for find in part_finders]), key=_score, default=None)
 
 
-def _make_dnf_term_finder_for_count(count: int, parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_exact_count(
+    count: int, part_finders: Sequence[FindDnfTermClosestToAnswer]
+) -> FindDnfTermClosestToAnswer:
     def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
-        overlaps = [overlap for part in parts if (overlap := part(answer_mask)) is not None]
+        overlaps = [overlap for part in part_finders if (overlap := part(answer_mask)) is not None]
         if len(overlaps) < count:
             return None
         return _conjoin_scored_dnf_terms(sorted(overlaps, key=_score, reverse=True)[:count])
@@ -422,13 +448,13 @@ def _make_dnf_term_finder_for_count(count: int, parts: Sequence[FindClosestDnfTe
     return find_closest_dnf_term
 
 
-def _make_dnf_term_finder_for_object_pairing(
-    count: int, table: Sequence[Sequence[FindClosestDnfTerm | None]]
-) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_matching_node(
+    matching_size: int, finders_by_row: Sequence[Sequence[FindDnfTermClosestToAnswer | None]]
+) -> FindDnfTermClosestToAnswer:
     def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
-        overlaps = [[None if cell is None else cell(answer_mask) for cell in row] for row in table]
+        overlaps = [[None if cell is None else cell(answer_mask) for cell in row] for row in finders_by_row]
         weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
-        cells = find_heaviest_matching(weights, count)
+        cells = find_heaviest_matching(weights, matching_size)
         return (
             None
             if cells is None

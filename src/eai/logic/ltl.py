@@ -17,9 +17,9 @@ from typing import Final, Literal, TypeAlias
 import eai.logic.formula as f
 from eai.base.errors import ParseError
 from eai.logic.signature import (
+    FormulaSignature,
     NameMisuse,
     NameMisuseKind,
-    Signature,
     describe_wrong_arity,
     find_line_and_column,
     join_with_or,
@@ -29,7 +29,7 @@ from eai.logic.signature import (
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_FORMULA_DEPTH
 
 MAX_CACHED_ATOMS_AND_ACTIONS = 1_000
-"""Maximum number of parsed atoms and actions that one `Signature` (set of allowed names) caches."""
+"""Maximum number of parsed atoms and actions that one `FormulaSignature` (set of allowed names) caches."""
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]
@@ -54,7 +54,7 @@ def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
 
 
 def read_formula(
-    text: str, signature: Signature, dialect: Dialect = "ltlf"
+    text: str, signature: FormulaSignature, dialect: Dialect = "ltlf"
 ) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
     """Parse a formula. Return it with the misuses of names (see `NameMisuse`), in the order of the text.
 
@@ -79,14 +79,14 @@ _INVALID_CHARACTER = re.compile(r"\W")
 _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
-def map_formula_spellings_to_names(object_names: Iterable[str]) -> dict[str, str]:
+def map_formula_safe_names_to_original_names(original_names: Iterable[str]) -> dict[str, str]:
     """Return a mapping from the spellings of names in formulas to the names, in their given order.
 
     A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
     later one gets another underscore.
     """
     words: dict[str, str] = {}
-    for name in object_names:
+    for name in original_names:
         match = _NUMBERED_NAME.fullmatch(name)
         stem, number = (match[1], f".{match[2]}") if match else (name, "")
         stem = _INVALID_CHARACTER.sub("_", stem)
@@ -144,7 +144,7 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 
 @dataclass(slots=True)
-class _UnfinishedSubformula:
+class _PartlyParsedSubformula:
     """A construct that is not yet read to its end: an operator, a quantifier or an opening bracket.
 
     Attributes:
@@ -165,7 +165,7 @@ class _UnfinishedSubformula:
 class _LtlReader:
     """Reads a formula from left to right. Open constructs are on a stack, so that no method recurses."""
 
-    def __init__(self, text: str, signature: Signature | None, dialect: Dialect) -> None:
+    def __init__(self, text: str, signature: FormulaSignature | None, dialect: Dialect) -> None:
         self._text = text
         self._signature = signature
         self._is_release = dialect == "release"
@@ -173,7 +173,7 @@ class _LtlReader:
         self._misuses: list[NameMisuse] = []
         self._position = 0
         self._scope: frozenset[str] = frozenset()
-        self._stack: list[_UnfinishedSubformula] = []
+        self._stack: list[_PartlyParsedSubformula] = []
         self._brackets = 0
 
     def read(self) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
@@ -213,7 +213,7 @@ class _LtlReader:
         strength = STRENGTHS[next_operator]
         if next_operator in _INFIXES:  # right-associative: the next operand starts a nested formula
             self._stack.append(
-                _UnfinishedSubformula(
+                _PartlyParsedSubformula(
                     strength, _INFIXES[next_operator], [operand], nesting_depth, self._scope
                 )
             )
@@ -222,7 +222,9 @@ class _LtlReader:
             self._stack[-1].levels = max(nesting_depth, self._stack[-1].levels)
         else:
             self._stack.append(
-                _UnfinishedSubformula(strength, _SERIES[next_operator], [operand], nesting_depth, self._scope)
+                _PartlyParsedSubformula(
+                    strength, _SERIES[next_operator], [operand], nesting_depth, self._scope
+                )
             )
 
     def _read_operand(self) -> f.Formula:
@@ -239,15 +241,15 @@ class _LtlReader:
                 case "primitive":
                     return self._read_atom_or_action(token["primitive"], token.start("primitive"))
                 case "bracket":
-                    self._open_bracket(self._scope)
+                    self._push_open_bracket(self._scope)
                 case "equation":
                     return self._read_equation(token["equation"], token.start("equation"))
                 case _ if (word := token["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
                 case _ if word in PREFIXES:
-                    self._stack.append(_UnfinishedSubformula(PREFIX, PREFIXES[word], [], 0, self._scope))
+                    self._stack.append(_PartlyParsedSubformula(PREFIX, PREFIXES[word], [], 0, self._scope))
                 case _:
-                    self._read_quantifier(word)
+                    self._parse_and_push_quantifier(word)
 
     def _read_atom_or_action(self, text: str, position: int) -> f.Formula:
         signature, scope = self._signature, self._scope
@@ -275,7 +277,11 @@ class _LtlReader:
         return f.Equals(left, right)
 
     def _record_misused_names(
-        self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
+        self,
+        name: str,
+        terms: Sequence[f.Term],
+        signature: FormulaSignature,
+        find_offset: Callable[[int], int],
     ) -> None:
         """Record misuses of names in one atom or action: names that the signature does not allow.
 
@@ -286,7 +292,7 @@ class _LtlReader:
             find_offset: function that takes the number of an argument, from 1, and returns its offset in the
                 text; for 0 the offset of the name.
         """
-        arities = signature.get_arities_of_predicates_or_actions(name)
+        arities = signature.get_arities_of_names_of_same_kind(name)
         if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._add_misuse("unknown_predicate", name, name, find_offset(0), detail)
@@ -296,7 +302,11 @@ class _LtlReader:
         self._record_unknown_objects(name, terms, signature, find_offset)
 
     def _record_unknown_objects(
-        self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
+        self,
+        name: str,
+        terms: Sequence[f.Term],
+        signature: FormulaSignature,
+        find_offset: Callable[[int], int],
     ) -> None:
         objects = signature.objects
         if objects is None:
@@ -312,44 +322,47 @@ class _LtlReader:
         line, column = find_line_and_column(self._text, position)
         self._misuses.append(NameMisuse(kind, name, primitive, line, column, detail))
 
-    def _open_bracket(self, scope: frozenset[str]) -> None:
-        self._stack.append(_UnfinishedSubformula(0, f.And, [], 0, self._scope))
-        self._scope = scope
+    def _push_open_bracket(self, bound_variables: frozenset[str]) -> None:
+        self._stack.append(_PartlyParsedSubformula(0, f.And, [], 0, self._scope))
+        self._scope = bound_variables
         self._brackets += 1
 
-    def _read_quantifier(self, word: str) -> None:
+    def _parse_and_push_quantifier(self, keyword: str) -> None:
         count, expected = None, "a name"
-        if word.startswith("forn"):
-            count = self._read_count()
+        if keyword.startswith("forn"):
+            count = self._parse_quantifier_count()
             if self._read_match(r"\.") is None:
                 if self._is_release:
                     raise self._make_error("'.' after the number")
                 expected = "a name or '.'"
         make: _Make
         variables: tuple[f.Variable, ...]
-        if word.endswith("pairs"):
-            first, second = variables = self._read_variable(expected, ","), self._read_variable("a name", ".")
+        if keyword.endswith("pairs"):
+            first, second = variables = (
+                self._read_quantified_variable(expected, ","),
+                self._read_quantified_variable("a name", "."),
+            )
             make = partial(f.ForPairs, first, second, count=count)
         else:
-            variables = (self._read_variable(expected, "."),)
-            make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
+            variables = (self._read_quantified_variable(expected, "."),)
+            make = partial(_QUANTIFIERS[keyword], *(() if count is None else (count,)), *variables)
         self._read_required_match(r"\(", "'('")
-        self._stack.append(_UnfinishedSubformula(PREFIX, make, [], 0, self._scope))
-        self._open_bracket(self._scope | {variable.name for variable in variables})
+        self._stack.append(_PartlyParsedSubformula(PREFIX, make, [], 0, self._scope))
+        self._push_open_bracket(self._scope | {variable.name for variable in variables})
 
-    def _read_count(self) -> int:
+    def _parse_quantifier_count(self) -> int:
         digits = self._read_required_match(r"\d+", "a number")
         if len(digits) > MAX_COUNT_DIGITS:
             position = self._position - len(digits)
             raise make_parse_error(self._text, position, f"a number of at most {MAX_COUNT_DIGITS} digits")
         return int(digits)
 
-    def _read_variable(self, expected: str, end: str) -> f.Variable:
-        name, category = self._read_required_match(_NAME, expected), None
+    def _read_quantified_variable(self, expected_in_message: str, end_sign: str) -> f.Variable:
+        name, category = self._read_required_match(_NAME, expected_in_message), None
         if not self._is_release and self._read_match(":") is not None:
             category = self._read_required_match(_CATEGORY, "a category")
-        signs = [f"'{end}'"] if self._is_release or category else [f"'{end}'", "':'"]
-        self._read_required_match(re.escape(end), *signs)
+        signs = [f"'{end_sign}'"] if self._is_release or category else [f"'{end_sign}'", "':'"]
+        self._read_required_match(re.escape(end_sign), *signs)
         return f.Variable(name, category)
 
     def _make_operand_error(self) -> ParseError:

@@ -14,7 +14,7 @@ these formulas. For formulas that cannot become false when their segment shrinks
 All other formulas are evaluated on every segment, which multiplies the time by the length of the trace.
 
 A quantifier tries only objects for which its body can have the wanted truth
-(`find_values_for_truth`). So ``exists x. exists y. (pour(x, y))`` on a trace with one pouring
+(`find_possible_values_of_variable`). So ``exists x. exists y. (pour(x, y))`` on a trace with one pouring
 does not try 290 times 290 pairs.
 """
 
@@ -111,7 +111,7 @@ class _TraceEvaluator:
                     if parts
                     else _make_mask_up_to(end)
                 )
-                return self._compute_starts_of_sequences(parts[:-1], binding, last)
+                return self._find_starts_of_adjacent_segments(parts[:-1], binding, last)
             case _:
                 return self._combine_part_masks(
                     formula, binding, partial(self.compute_mask_on_prefix, end=end), end
@@ -131,28 +131,30 @@ class _TraceEvaluator:
             formula, binding, partial(self.find_starts_of_satisfying_segments, end=end), end
         )
 
-    def _compute_starts_of_sequences(
-        self, parts: Sequence[f.Formula], binding: Binding, next_starts: PositionMask
+    def _find_starts_of_adjacent_segments(
+        self, parts: Sequence[f.Formula], binding: Binding, starts_of_following_segment: PositionMask
     ) -> PositionMask:
         """Return the mask of positions at which a sequence of adjacent segments of the trace can start.
 
         The first segment satisfies the first part, and so on. The last segment ends just before a position of
-        the mask ``next_starts``.
+        the mask ``starts_of_following_segment``.
         """
         for part in reversed(parts):
-            next_starts = self._find_segment_starts_before(part, binding, next_starts)
-        return next_starts
+            starts_of_following_segment = self._find_starts_of_preceding_segment(
+                part, binding, starts_of_following_segment
+            )
+        return starts_of_following_segment
 
-    def _find_segment_starts_before(
-        self, formula: f.Formula, binding: Binding, next_starts: PositionMask
+    def _find_starts_of_preceding_segment(
+        self, formula: f.Formula, binding: Binding, starts_of_following_segment: PositionMask
     ) -> PositionMask:
         """Return the mask of starts of segments of the trace that satisfy the formula.
 
-        Only segments count that end just before a position of the mask ``next_starts``.
+        Only segments count that end just before a position of the mask ``starts_of_following_segment``.
         """
-        ends = next_starts >> 1
+        ends = starts_of_following_segment >> 1
         # A formula that stays true when a segment is extended is tested only on the longest segment.
-        if id(formula) in self._monotony.true_when_longer:
+        if id(formula) in self._monotony.ids_staying_true_when_longer:
             return (
                 self.find_starts_of_satisfying_segments(formula, binding, ends.bit_length() - 1)
                 if ends
@@ -160,9 +162,11 @@ class _TraceEvaluator:
             )
         # Segments of one state are enough if the formula stays true on shortened segments, and every position
         # up to the last end is an end: a longer segment satisfies the formula only if its first state does.
-        if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
+        if id(formula) in self._monotony.ids_staying_true_when_shorter and ends == _fill_mask_up_to_last(
+            ends
+        ):
             return self._find_satisfying_one_state_segments(formula, binding) & ends
-        table = self._get_satisfying_segments_by_end(formula, binding)
+        table = self._get_satisfying_segment_starts_by_end(formula, binding)
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
@@ -181,13 +185,17 @@ class _TraceEvaluator:
                     formula, binding, self._find_satisfying_one_state_segments, self._trace.length - 1
                 )
 
-    def _get_satisfying_segments_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+    def _get_satisfying_segment_starts_by_end(
+        self, formula: f.Formula, binding: Binding
+    ) -> list[PositionMask]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            self._tables[key] = self._compute_satisfying_segments_by_end(formula, binding)
+            self._tables[key] = self._compute_satisfying_segment_starts_by_end(formula, binding)
         return self._tables[key]
 
-    def _compute_satisfying_segments_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+    def _compute_satisfying_segment_starts_by_end(
+        self, formula: f.Formula, binding: Binding
+    ) -> list[PositionMask]:
         """Return, for each position, the mask of starts of segments of the trace that end at this position.
 
         Only segments that satisfy the formula count. Masks for operands of connectives are computed first.
@@ -199,16 +207,18 @@ class _TraceEvaluator:
             case f.Not(operand):
                 return [
                     _make_mask_up_to(end) & ~m
-                    for end, m in enumerate(self._compute_satisfying_segments_by_end(operand, binding))
+                    for end, m in enumerate(self._compute_satisfying_segment_starts_by_end(operand, binding))
                 ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
-                tables = [self._compute_satisfying_segments_by_end(operand, binding) for operand in operands]
+                tables = [
+                    self._compute_satisfying_segment_starts_by_end(operand, binding) for operand in operands
+                ]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
-                    self._compute_starts_of_sequences(first, binding, m)
-                    for m in self._compute_satisfying_segments_by_end(last, binding)
+                    self._find_starts_of_adjacent_segments(first, binding, m)
+                    for m in self._compute_satisfying_segment_starts_by_end(last, binding)
                 ]
             case _:
                 return [
@@ -232,25 +242,25 @@ class _TraceEvaluator:
             case f.ForAll(variable, body):
                 return reduce(
                     and_,
-                    self._compute_mask_for_each_value(variable, body, binding, evaluate, False),
+                    self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, False),
                     everything,
                 )
             case f.Exists(variable, body):
                 return reduce(
-                    or_, self._compute_mask_for_each_value(variable, body, binding, evaluate, True), 0
+                    or_, self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, True), 0
                 )
             case f.Exactly(count, variable, body):
                 return _compute_exact_count_mask(
                     count,
-                    self._compute_mask_for_each_value(variable, body, binding, evaluate, True),
+                    self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, True),
                     everything,
                 )
             case f.ForPairs():
-                return self._compute_pairing_mask(formula, binding, evaluate, everything)
+                return self._compute_mask_of_pairs_quantifier(formula, binding, evaluate, everything)
             case _:
                 raise AssertionError(f"{type(formula).__name__}: expected a connective or a quantifier")
 
-    def _compute_mask_for_each_value(
+    def _compute_truth_mask_for_each_object(
         self,
         variable: f.Variable,
         body: f.Formula,
@@ -263,21 +273,21 @@ class _TraceEvaluator:
         There may be no mask for a value with which the body never has the truth value ``wanted_truth``.
         """
         name = variable.name
-        values = self._find_values_for_truth(variable, body, binding, wanted_truth)
+        values = self._find_possible_values_of_variable(variable, body, binding, wanted_truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
 
-    def _find_values_for_truth(
+    def _find_possible_values_of_variable(
         self, variable: f.Variable, body: f.Formula, binding: Binding, wanted_truth: bool
     ) -> frozenset[str]:
         """Return the values of a variable that may give the body the wanted truth somewhere on the trace."""
         domain = self._trace.get_object_set(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = find_values_for_truth(
-            body, variable.name, inner, wanted_truth, self._find_arguments_on_trace
+        possible = find_possible_values_of_variable(
+            body, variable.name, inner, wanted_truth, self._find_objects_filling_argument_on_trace
         )
         return domain if possible is None else domain & possible
 
-    def _find_arguments_on_trace(
+    def _find_objects_filling_argument_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
         """Return the objects that occur as an argument of an action in the evaluated trace.
@@ -290,7 +300,7 @@ class _TraceEvaluator:
             else None
         )
 
-    def _compute_pairing_mask(
+    def _compute_mask_of_pairs_quantifier(
         self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, all_positions: PositionMask
     ) -> PositionMask:
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
@@ -368,7 +378,7 @@ the atom or action, i, and the values of the variables that are bound.
 """
 
 
-def find_values_for_truth(
+def find_possible_values_of_variable(
     formula: f.Formula,
     variable: str,
     binding: Binding,
@@ -391,8 +401,8 @@ def find_values_for_truth(
         The set of values, or None if every object must be tried.
     """
 
-    def find_values_for_operand_truth(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
-        return find_values_for_truth(operand, variable, binding, wanted_truth, find_arguments)
+    def find_variable_values_for_operand_truth(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
+        return find_possible_values_of_variable(operand, variable, binding, wanted_truth, find_arguments)
 
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments) if (
@@ -402,29 +412,31 @@ def find_values_for_truth(
         case f.Equals(left, right) if wanted_truth:
             return _find_values_making_terms_equal(left, right, variable, binding)
         case f.Not(operand):
-            return find_values_for_operand_truth(operand, not wanted_truth)
+            return find_variable_values_for_operand_truth(operand, not wanted_truth)
         case f.And(operands) | f.Or(operands):
-            value_sets = [find_values_for_operand_truth(operand, wanted_truth) for operand in operands]
+            value_sets = [
+                find_variable_values_for_operand_truth(operand, wanted_truth) for operand in operands
+            ]
             return (
                 _find_smallest_set(value_sets)
                 if isinstance(formula, f.And) == wanted_truth
                 else unite_value_sets(value_sets)
             )
         case f.Implies(premise, conclusion):
-            return find_values_for_operand_truth(f.Or((f.Not(premise), conclusion)), wanted_truth)
+            return find_variable_values_for_operand_truth(f.Or((f.Not(premise), conclusion)), wanted_truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
             # With no values for the inner variable, forall is true and exists is false in any case.
             if isinstance(formula, f.Exists) != wanted_truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
-            return find_values_for_truth(body, variable, outer, wanted_truth, find_arguments)
+            return find_possible_values_of_variable(body, variable, outer, wanted_truth, find_arguments)
         case f.Next(operand) | f.Until(right=operand) if wanted_truth:
-            return find_values_for_operand_truth(operand, wanted_truth)
+            return find_variable_values_for_operand_truth(operand, wanted_truth)
         case f.Eventually(operand) | f.Always(operand):
-            return find_values_for_operand_truth(operand, wanted_truth)
+            return find_variable_values_for_operand_truth(operand, wanted_truth)
         case f.Then(parts) if wanted_truth:
             return _find_smallest_set(
-                find_values_for_operand_truth(operand, wanted_truth) for operand in parts
+                find_variable_values_for_operand_truth(operand, wanted_truth) for operand in parts
             )
         case _:
             return None

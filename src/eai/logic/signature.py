@@ -60,7 +60,7 @@ class NameMisuse:
 
 
 @dataclass(frozen=True, slots=True)
-class Signature:
+class FormulaSignature:
     """The names that formulas may use: predicates and actions with their arities, and objects.
 
     Attributes:
@@ -81,12 +81,12 @@ class Signature:
         """Whether the name is an action and not a predicate."""
         return name in self.actions and name not in self.predicates
 
-    def get_arities_of_predicates_or_actions(self, name: str) -> Mapping[str, int | None]:
+    def get_arities_of_names_of_same_kind(self, predicate_or_action: str) -> Mapping[str, int | None]:
         """Return the arities of all predicates if the given name is a predicate, else of all actions.
 
         The arity None allows any number of arguments.
         """
-        return self.predicates if name in self.predicates else self.actions
+        return self.predicates if predicate_or_action in self.predicates else self.actions
 
 
 def make_term(name: str, scope: frozenset[str]) -> Term:

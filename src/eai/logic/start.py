@@ -19,69 +19,109 @@ def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
         formula: the formula; its quantifiers contain no temporal operators.
         start: the trace that consists of the initial state only.
     """
-    return _decide_truth_on_all_traces(formula, start, at_any_position=True) is False
+    return _decide_truth_on_traces_from_initial_state(formula, start, at_any_position=True) is False
 
 
-def _decide_truth_on_all_traces(formula: f.Formula, start: Trace, *, at_any_position: bool) -> bool | None:
+def _decide_truth_on_traces_from_initial_state(
+    formula: f.Formula, initial_state_trace: Trace, *, at_any_position: bool
+) -> bool | None:
     """Return the truth of a formula on all traces with this initial state, or None if it is not proved.
 
     Args:
         formula: the formula.
-        start: the trace that consists of the initial state only.
+        initial_state_trace: the trace that consists of the initial state only.
         at_any_position: whether a state formula (without temporal operators) holds on a trace if it is true
             at any position. Otherwise it must be true at the first position.
     """
     if is_state_formula(formula):
         if any(isinstance(part, f.Occurs) for part in walk_subformulas(formula)):
             return None
-        is_true = holds(formula, start)
+        is_true = holds(formula, initial_state_trace)
         return None if at_any_position and not is_true else is_true
     match formula:
         case f.Not(operand):
             return _negate_three_valued_truth(
-                _decide_truth_on_all_traces(operand, start, at_any_position=at_any_position)
+                _decide_truth_on_traces_from_initial_state(
+                    operand, initial_state_trace, at_any_position=at_any_position
+                )
             )
         case f.And(operands):
             return _conjoin_three_valued_truths(
-                _decide_truth_on_all_traces(operand, start, at_any_position=at_any_position)
+                _decide_truth_on_traces_from_initial_state(
+                    operand, initial_state_trace, at_any_position=at_any_position
+                )
                 for operand in operands
             )
         case f.Or(operands):
             return _negate_three_valued_truth(
                 _conjoin_three_valued_truths(
                     _negate_three_valued_truth(
-                        _decide_truth_on_all_traces(operand, start, at_any_position=at_any_position)
+                        _decide_truth_on_traces_from_initial_state(
+                            operand, initial_state_trace, at_any_position=at_any_position
+                        )
                     )
                     for operand in operands
                 )
             )
         case f.Implies(premise, conclusion):
             denied = _negate_three_valued_truth(
-                _decide_truth_on_all_traces(conclusion, start, at_any_position=at_any_position)
+                _decide_truth_on_traces_from_initial_state(
+                    conclusion, initial_state_trace, at_any_position=at_any_position
+                )
             )
             return _negate_three_valued_truth(
                 _conjoin_three_valued_truths(
-                    [_decide_truth_on_all_traces(premise, start, at_any_position=at_any_position), denied]
+                    [
+                        _decide_truth_on_traces_from_initial_state(
+                            premise, initial_state_trace, at_any_position=at_any_position
+                        ),
+                        denied,
+                    ]
                 )
             )
         case f.Always(operand):
             return (
-                False if _decide_truth_on_all_traces(operand, start, at_any_position=False) is False else None
+                False
+                if _decide_truth_on_traces_from_initial_state(
+                    operand, initial_state_trace, at_any_position=False
+                )
+                is False
+                else None
             )
         case f.Eventually(operand):
             return (
-                True if _decide_truth_on_all_traces(operand, start, at_any_position=False) is True else None
+                True
+                if _decide_truth_on_traces_from_initial_state(
+                    operand, initial_state_trace, at_any_position=False
+                )
+                is True
+                else None
             )
         case f.Until(left, right):
-            now = _decide_truth_on_all_traces(right, start, at_any_position=False)
+            now = _decide_truth_on_traces_from_initial_state(
+                right, initial_state_trace, at_any_position=False
+            )
             return (
                 now
                 if now
-                or (now is False and _decide_truth_on_all_traces(left, start, at_any_position=False) is False)
+                or (
+                    now is False
+                    and _decide_truth_on_traces_from_initial_state(
+                        left, initial_state_trace, at_any_position=False
+                    )
+                    is False
+                )
                 else None
             )
         case f.Then((first, *_)):
-            return False if _decide_truth_on_all_traces(first, start, at_any_position=True) is False else None
+            return (
+                False
+                if _decide_truth_on_traces_from_initial_state(
+                    first, initial_state_trace, at_any_position=True
+                )
+                is False
+                else None
+            )
         case _:
             return None
 

@@ -136,68 +136,76 @@ def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
     return frozenset(ids)
 
 
-class _MonotoneSubformulaIds(NamedTuple):
+class _IdsOfMonotoneSubformulas(NamedTuple):
     """The ``id`` of each subformula whose truth on a segment of a trace is monotone in the segment's length.
 
     A segment is a sequence of consecutive states. It grows and shrinks at its end.
     """
 
-    true_when_longer: frozenset[int]
+    ids_staying_true_when_longer: frozenset[int]
     """Python's ``id`` of each subformula that, if true on a segment of a trace, is true on longer segments.
 
     The longer segments have the same start.
     """
-    true_when_shorter: frozenset[int]
+    ids_staying_true_when_shorter: frozenset[int]
     """Python's ``id`` of each temporal subformula that, if true on a segment, is true on shorter segments.
 
     The shorter segments have the same start.
     """
 
 
-def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
+def find_monotone_subformula_ids(formula: f.Formula) -> _IdsOfMonotoneSubformulas:
     """Find subformulas that stay true if a segment of a trace becomes longer, or if it becomes shorter.
 
     A segment is a sequence of consecutive states. Its end changes, but its start stays. Only operators are
     examined, not atoms, so some of these subformulas may be missed.
     """
     temporal = find_temporal_subformula_ids(formula)
-    true_when_longer: set[int] = set()
-    true_when_shorter: set[int] = set()
+    ids_staying_true_when_longer: set[int] = set()
+    ids_staying_true_when_shorter: set[int] = set()
     for part in reversed(list(walk_subformulas(formula))):
-        if id(part) not in temporal or _stays_true_on_longer_trace(part, true_when_longer, true_when_shorter):
-            true_when_longer.add(id(part))
-        elif _stays_true_on_shorter_trace(part, temporal, true_when_longer, true_when_shorter):
-            true_when_shorter.add(id(part))
-    return _MonotoneSubformulaIds(frozenset(true_when_longer), frozenset(true_when_shorter))
+        if id(part) not in temporal or _stays_true_on_longer_trace(
+            part, ids_staying_true_when_longer, ids_staying_true_when_shorter
+        ):
+            ids_staying_true_when_longer.add(id(part))
+        elif _stays_true_on_shorter_trace(
+            part, temporal, ids_staying_true_when_longer, ids_staying_true_when_shorter
+        ):
+            ids_staying_true_when_shorter.add(id(part))
+    return _IdsOfMonotoneSubformulas(
+        frozenset(ids_staying_true_when_longer), frozenset(ids_staying_true_when_shorter)
+    )
 
 
 def _stays_true_on_longer_trace(
-    part: f.Formula, true_when_longer: Container[int], true_when_shorter: Container[int]
+    subformula: f.Formula,
+    ids_staying_true_when_longer: Container[int],
+    ids_staying_true_when_shorter: Container[int],
 ) -> bool:
-    match part:
+    match subformula:
         case f.Not(operand):
-            return id(operand) in true_when_shorter
+            return id(operand) in ids_staying_true_when_shorter
         case f.Then(parts):
-            return not parts or id(parts[-1]) in true_when_longer
+            return not parts or id(parts[-1]) in ids_staying_true_when_longer
         case f.Implies() | f.Exactly() | f.Always():
             return False
         case _:
-            return all(id(child) in true_when_longer for child in get_subformulas(part))
+            return all(id(child) in ids_staying_true_when_longer for child in get_subformulas(subformula))
 
 
 def _stays_true_on_shorter_trace(
-    part: f.Formula,
-    temporal: Container[int],
-    true_when_longer: Container[int],
-    true_when_shorter: Container[int],
+    subformula: f.Formula,
+    temporal_ids: Container[int],
+    ids_staying_true_when_longer: Container[int],
+    ids_staying_true_when_shorter: Container[int],
 ) -> bool:
-    match part:
+    match subformula:
         case f.Not(operand):
-            return id(operand) in true_when_longer
+            return id(operand) in ids_staying_true_when_longer
         case f.Always(operand):
-            return id(operand) not in temporal or id(operand) in true_when_shorter
+            return id(operand) not in temporal_ids or id(operand) in ids_staying_true_when_shorter
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(id(child) in true_when_shorter for child in get_subformulas(part))
+            return all(id(child) in ids_staying_true_when_shorter for child in get_subformulas(subformula))
         case _:
             return False
 

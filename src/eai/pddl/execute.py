@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.semantics import find_values_for_truth, unite_value_sets
+from eai.logic.semantics import find_possible_values_of_variable, unite_value_sets
 from eai.logic.signature import describe_arity
 from eai.logic.traversal import find_predicates
 from eai.planning.search import SearchEffort
@@ -133,7 +133,7 @@ class _ConditionEvaluatorInState:
         """
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        candidates = find_values_for_truth(
+        candidates = find_possible_values_of_variable(
             body, variable.name, inner, True, self._find_possible_values_of_argument
         )
         names = [name for name in members if candidates is None or name in candidates]
@@ -208,7 +208,7 @@ class _ConditionEvaluatorInState:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, known_arguments, strict=True) if value is not None}
             supports.append(
-                find_values_for_truth(
+                find_possible_values_of_variable(
                     axiom.condition,
                     names[argument_index],
                     binding,

@@ -14,7 +14,7 @@ from itertools import islice
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyNOf
+from eai.logic.choice import AndNode, BipartiteMatchingNode, ExactCountNode, OrNode
 from eai.planning.achievers import AchieversByPredicate, FailingConditionsByAction, GroundActions
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_object_indices_of_arguments
@@ -162,13 +162,13 @@ class _SubgoalSplitter:
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
-                return AllOf((Subgoal(operand, scope, not truth),))
+                return AndNode((Subgoal(operand, scope, not truth),))
             case f.And(operands) | f.Or(operands):
                 parts = tuple([Subgoal(operand, scope, truth) for operand in operands])
-                return AllOf(parts) if isinstance(formula, f.And) == truth else AnyOf(parts)
+                return AndNode(parts) if isinstance(formula, f.And) == truth else OrNode(parts)
             case f.Implies(premise, conclusion):
                 either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
-                return AnyOf(either) if truth else AllOf(either)
+                return OrNode(either) if truth else AndNode(either)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     values = (
@@ -176,11 +176,11 @@ class _SubgoalSplitter:
                         if truth
                         else self._find_objects_usable_by_actions(variable)
                     )
-                    return AnyOf(self._make_subgoals_for_values(variable, body, scope, truth, values))
+                    return OrNode(self._make_subgoals_for_values(variable, body, scope, truth, values))
                 violating = self._find_values_with_wrong_truth(variable, body, scope, truth)
-                return AllOf(self._make_subgoals_for_values(variable, body, scope, truth, violating))
+                return AndNode(self._make_subgoals_for_values(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
-                return ExactlyNOf(
+                return ExactCountNode(
                     count,
                     self._make_subgoals_for_values(
                         variable, body, scope, truth, self._find_all_values(variable)
@@ -226,11 +226,13 @@ class _SubgoalSplitter:
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _make_subgoal_table_for_pairs(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
+    def _make_subgoal_table_for_pairs(
+        self, formula: f.ForPairs, scope: Scope
+    ) -> BipartiteMatchingNode[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return AndOrTreePairing(
+        return BipartiteMatchingNode(
             count,
             tuple(
                 tuple(
@@ -364,7 +366,7 @@ class CostEstimates:
     def find_cheapest_disjuncts(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the operands of a disjunction that have the lowest cost; () for other conditions."""
         parts = None if isinstance(subgoal.formula, f.Atom) else self._unfolding.split_into_parts(subgoal)
-        costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
+        costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, OrNode) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
 
@@ -505,7 +507,7 @@ class CostEstimates:
                 return self._compute_cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
         parts = self._unfolding.split_into_parts(subgoal)
-        if isinstance(parts, AnyOf):
+        if isinstance(parts, OrNode):
             return self._find_least_cost(parts.parts, limit)
         conditions = None if parts is None else self._choose_cheapest_parts(parts)
         if conditions is None:
@@ -548,14 +550,14 @@ class CostEstimates:
     def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
         """Return the cheapest parts that together make a compound condition true; None if no parts do."""
         match parts:
-            case AllOf(conditions):
+            case AndNode(conditions):
                 return conditions
-            case AnyOf(conditions):
+            case OrNode(conditions):
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
-            case ExactlyNOf(number, conditions):
+            case ExactCountNode(number, conditions):
                 return choose_cheapest_exact_number(number, conditions, self.estimate)
-            case AndOrTreePairing(number, cells):
+            case BipartiteMatchingNode(number, cells):
                 return choose_cells_in_distinct_rows_and_columns(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:

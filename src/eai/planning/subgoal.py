@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyNOf
+from eai.logic.choice import AndNode, BipartiteMatchingNode, ExactCountNode, OrNode
 from eai.world.condition import Scope
 from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import iterate_bits
@@ -37,10 +37,12 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyNOf[Subgoal] | AndOrTreePairing[Subgoal]
+SubgoalParts: TypeAlias = (
+    AndNode[Subgoal] | OrNode[Subgoal] | ExactCountNode[Subgoal] | BipartiteMatchingNode[Subgoal]
+)
 """Parts of a condition, and which parts must hold: all, at least one, a number, or cells of a table.
 
-In a table (`AndOrTreePairing`), a number of parts must hold, no two of them in one row or column.
+In a table (`BipartiteMatchingNode`), a number of parts must hold, no two of them in one row or column.
 """
 
 

@@ -28,7 +28,15 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AndOrTreePairing, AnyOf, ExactlyNOf, Literal
+from eai.logic.choice import (
+    AndNode,
+    AndOrTree,
+    AndOrTreeLiteral,
+    BipartiteMatchingNode,
+    ExactCountNode,
+    Literal,
+    OrNode,
+)
 from eai.logic.matching import find_heaviest_matching
 from eai.logic.trace import iterate_positions
 
@@ -68,22 +76,22 @@ class _ShareOfMetConditions(NamedTuple):
     is_exact: bool = True
 
 
-def make_best_goal_option_finder(
-    goal_parts: Sequence[AndOrTree], further_condition_count: int = 0
-) -> _BestGoalOptionFinder:
+def make_finder_of_most_satisfied_goal_option(
+    goal_trees: Sequence[AndOrTree], extra_conditions_in_every_option: int = 0
+) -> _MostSatisfiedGoalOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
     If several options have this share, the function finds the option with the fewest conditions.
 
     Args:
-        goal_parts: for each goal part, the choices of conditions that satisfy the part. An option combines
+        goal_trees: for each goal part, the choices of conditions that satisfy the part. An option combines
             one choice of each part.
-        further_condition_count: number of further conditions, which every option contains.
+        extra_conditions_in_every_option: number of further conditions, which every option contains.
     """
-    return _BestGoalOptionFinder(goal_parts, further_condition_count)
+    return _MostSatisfiedGoalOptionFinder(goal_trees, extra_conditions_in_every_option)
 
 
-class _BestGoalOptionFinder:
+class _MostSatisfiedGoalOptionFinder:
     """Finds the option of a goal with the largest share of met conditions.
 
     Attributes:
@@ -91,33 +99,33 @@ class _BestGoalOptionFinder:
             condition ``2 * i + 1`` that it is false.
     """
 
-    def __init__(self, goal_parts: Sequence[AndOrTree], further_condition_count: int) -> None:
+    def __init__(self, goal_trees: Sequence[AndOrTree], extra_conditions_in_every_option: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
-        root = _number_conditions(AllOf(tuple(goal_parts)), numbers)
+        root = _replace_conditions_by_numbers(AndNode(tuple(goal_trees)), numbers)
         self.atoms = tuple(numbers)
-        self._further = further_condition_count
+        self._further = extra_conditions_in_every_option
         self._positive = _make_mask_of_positive_conditions(len(self.atoms))
-        members = root.parts if isinstance(root, AllOf) else (root,)
+        members = root.parts if isinstance(root, AndNode) else (root,)
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
-        compiler = _GoalPartCompiler(choices, self._fixed, self._positive)
-        self._find_best_condition_sets: _BestConditionSetsFinder = _return_no_sets
+        compiler = _BestValuesFinderBuilder(choices, self._fixed, self._positive)
+        self._find_best_values: _BestValuesFinder = _return_no_best_values
         if not _is_contradictory(self._fixed, self._positive):
-            self._find_best_condition_sets = compiler.make_finder_for_goal_part(AllOf(choices))
+            self._find_best_values = compiler.make_finder_for_goal_part(AndNode(choices))
 
-    def __call__(self, true_atoms: int, further_conditions_met: int = 0) -> _ShareOfMetConditions:
+    def __call__(self, true_atoms: int, extra_conditions_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions among all options (sets that satisfy the goal).
 
         The share is 0 of 1 if there is no option.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_conditions_met: number of met conditions among the further conditions, which every option
+            extra_conditions_met: number of met conditions among the further conditions, which every option
                 contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._find_larger_share_of_met_conditions(true_atoms, further_conditions_met, best)
+            option = self._find_share_with_greatest_gain(true_atoms, extra_conditions_met, best)
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -125,8 +133,8 @@ class _BestGoalOptionFinder:
             else:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
-    def _find_larger_share_of_met_conditions(
-        self, true_atoms: int, further_conditions_met: int, current_share: _ShareOfMetConditions
+    def _find_share_with_greatest_gain(
+        self, true_atoms: int, extra_conditions_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
         """Return the share of met conditions of the option with the greatest gain over ``current_share``.
 
@@ -146,14 +154,14 @@ class _BestGoalOptionFinder:
             for wanted in (1, 0)
         ]
         search = _GoalOptionSearch(values)
-        table = self._find_best_condition_sets(search)
+        table = self._find_best_values(search)
         if not table:
             return current_share._replace(is_exact=not search.is_cut)
         value = (
             table[0]
             + search.sum_values(self._fixed)
-            + further_conditions_met * met
-            + (self._further - further_conditions_met) * unmet
+            + extra_conditions_met * met
+            + (self._further - extra_conditions_met) * unmet
         )
         total = -value % scale
         gain = (value + total) // scale
@@ -165,13 +173,13 @@ class _BestGoalOptionFinder:
 _ConditionMask: TypeAlias = int
 """Bit mask of conditions; condition ``2 * i`` states that atom ``i`` is true, ``2 * i + 1`` its negation."""
 
-_NumberedChoice: TypeAlias = (
-    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice]"
-    " | ExactlyNOf[_NumberedChoice] | AndOrTreePairing[_NumberedChoice]"
+_TreeOfConditionNumbers: TypeAlias = (
+    "int | AndNode[_TreeOfConditionNumbers] | OrNode[_TreeOfConditionNumbers]"
+    " | ExactCountNode[_TreeOfConditionNumbers] | BipartiteMatchingNode[_TreeOfConditionNumbers]"
 )
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
-_ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
+_BestValueByCommonConditions: TypeAlias = dict[_ConditionMask, int]
 """The values of the best ways to satisfy one part of a goal: one value for each set of common conditions.
 
 A way to satisfy the part is a set of conditions, and each condition has a value (`_GoalOptionSearch`). Common
@@ -200,37 +208,44 @@ class _GoalOptionSearch:
         return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
-_BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
+_BestValuesFinder: TypeAlias = Callable[[_GoalOptionSearch], _BestValueByCommonConditions]
 """Function that returns the values of the best ways to satisfy one part of a goal.
 
-The search that it gets has the values of conditions. `_ValueByConditionSet` explains the result.
+The search that it gets has the values of conditions. `_BestValueByCommonConditions` explains the result.
 """
 
 
-def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
+def _replace_conditions_by_numbers(
+    tree: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]
+) -> _TreeOfConditionNumbers:
     """Return an and-or tree with numbers in place of conditions, and without nested conjunctions."""
-    match choice:
+    match tree:
         case AndOrTreeLiteral(literal):
-            return _number_literal(literal, number_by_atom)
-        case AllOf(parts):
-            inner = [_number_conditions(part, number_by_atom) for part in parts]
-            nested = [part.parts if isinstance(part, AllOf) else (part,) for part in inner]
-            return AllOf(tuple([part for group in nested for part in group]))
-        case AnyOf(parts):
-            return AnyOf(tuple([_number_conditions(part, number_by_atom) for part in parts]))
-        case ExactlyNOf(count, parts):
-            return ExactlyNOf(count, tuple([_number_conditions(part, number_by_atom) for part in parts]))
-        case AndOrTreePairing(count, cells):
+            return _assign_condition_number(literal, number_by_atom)
+        case AndNode(parts):
+            inner = [_replace_conditions_by_numbers(part, number_by_atom) for part in parts]
+            nested = [part.parts if isinstance(part, AndNode) else (part,) for part in inner]
+            return AndNode(tuple([part for group in nested for part in group]))
+        case OrNode(parts):
+            return OrNode(tuple([_replace_conditions_by_numbers(part, number_by_atom) for part in parts]))
+        case ExactCountNode(count, parts):
+            return ExactCountNode(
+                count, tuple([_replace_conditions_by_numbers(part, number_by_atom) for part in parts])
+            )
+        case BipartiteMatchingNode(count, cells):
             rows = [
-                [None if cell is None else _number_conditions(cell, number_by_atom) for cell in row]
+                [
+                    None if cell is None else _replace_conditions_by_numbers(cell, number_by_atom)
+                    for cell in row
+                ]
                 for row in cells
             ]
-            return AndOrTreePairing(count, tuple(map(tuple, rows)))
+            return BipartiteMatchingNode(count, tuple(map(tuple, rows)))
         case _:
-            assert_never(choice)
+            assert_never(tree)
 
 
-def _number_literal(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, int]) -> int:
+def _assign_condition_number(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, int]) -> int:
     negated = isinstance(literal, f.Not)
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, (f.Atom, f.Occurs)):
@@ -247,45 +262,48 @@ def _make_mask_of_positive_conditions(atom_count: int) -> _ConditionMask:
     return ((1 << 2 * atom_count) - 1) // 3
 
 
-def _negate_conditions(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
-    return (conditions & positive) << 1 | conditions >> 1 & positive
+def _negate_conditions(conditions: _ConditionMask, all_positive_conditions: _ConditionMask) -> _ConditionMask:
+    return (conditions & all_positive_conditions) << 1 | conditions >> 1 & all_positive_conditions
 
 
-def _is_contradictory(conditions: _ConditionMask, positive: _ConditionMask) -> bool:
+def _is_contradictory(conditions: _ConditionMask, all_positive_conditions: _ConditionMask) -> bool:
     """Whether a set of conditions contains a condition and its negation."""
-    return bool(conditions & conditions >> 1 & positive)
+    return bool(conditions & conditions >> 1 & all_positive_conditions)
 
 
-def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
+def _get_immediate_subtrees(tree: _TreeOfConditionNumbers) -> Sequence[_TreeOfConditionNumbers]:
     """Return the parts of a compound part of a goal, without parts inside these parts."""
-    match part:
+    match tree:
         case int():
             return ()
-        case AllOf(parts) | AnyOf(parts) | ExactlyNOf(_, parts):
+        case AndNode(parts) | OrNode(parts) | ExactCountNode(_, parts):
             return parts
-        case AndOrTreePairing(_, cells):
+        case BipartiteMatchingNode(_, cells):
             return [cell for row in cells for cell in row if cell is not None]
         case _:
-            assert_never(part)
+            assert_never(tree)
 
 
-class _GoalPartCompiler:
+class _BestValuesFinderBuilder:
     """Makes functions that find sets of conditions that satisfy a part of a goal.
 
     The sets contain only common conditions: conditions about atoms that several parts of the goal mention.
     """
 
     def __init__(
-        self, choices: Sequence[_NumberedChoice], fixed: _ConditionMask, positive: _ConditionMask
+        self,
+        choices: Sequence[_TreeOfConditionNumbers],
+        fixed: _ConditionMask,
+        all_positive_conditions: _ConditionMask,
     ) -> None:
         self._fixed = fixed
-        self._positive = positive
-        self._barred = _negate_conditions(fixed, positive)
+        self._positive = all_positive_conditions
+        self._barred = _negate_conditions(fixed, all_positive_conditions)
         self._common: set[int] = set()
         self._occurring = 0
-        self._all = self._count_atom_mentions(AllOf(tuple(choices)))
+        self._all = self._count_atom_mentions(AndNode(tuple(choices)))
 
-    def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
+    def _count_atom_mentions(self, part: _TreeOfConditionNumbers) -> Counter[int]:
         """Count the conditions about each atom in a part of the goal.
 
         Conditions that every option of the goal contains are not counted, and neither are their negations. As
@@ -297,73 +315,73 @@ class _GoalPartCompiler:
                 return Counter()
             self._occurring |= 1 << part
             return Counter((part >> 1,))
-        counts = [self._count_atom_mentions(member) for member in _get_direct_parts(part)]
+        counts = [self._count_atom_mentions(member) for member in _get_immediate_subtrees(part)]
         total: Counter[int] = Counter()
         for inner in counts:
-            if not isinstance(part, AnyOf):
+            if not isinstance(part, OrNode):
                 self._common.update(total.keys() & inner.keys())
             total.update(inner)
         return total
 
-    def make_finder_for_goal_part(self, goal_part: _NumberedChoice) -> _BestConditionSetsFinder:
+    def make_finder_for_goal_part(self, goal_part: _TreeOfConditionNumbers) -> _BestValuesFinder:
         """Return a function that finds the values of the best ways to satisfy a part of the goal.
 
-        `_ValueByConditionSet` explains the result of the function.
+        `_BestValueByCommonConditions` explains the result of the function.
         """
         match goal_part:
             case int():
                 return self._make_finder_for_condition(goal_part)
-            case AllOf(parts):
+            case AndNode(parts):
                 return self._make_finder_for_conjunction(parts)
-            case AnyOf(parts):
-                return self._make_finder_dropping_unshared_conditions(
+            case OrNode(parts):
+                return self._make_finder_dropping_conditions_only_in_part(
                     _make_finder_for_disjunction(
                         [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
                 )
-            case ExactlyNOf(count, parts):
-                return self._make_finder_dropping_unshared_conditions(
+            case ExactCountNode(count, parts):
+                return self._make_finder_dropping_conditions_only_in_part(
                     self._make_finder_for_exact_count(
                         count, [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
                 )
-            case AndOrTreePairing(count, cells):
+            case BipartiteMatchingNode(count, cells):
                 tables = [
                     [None if cell is None else self.make_finder_for_goal_part(cell) for cell in row]
                     for row in cells
                 ]
-                return self._make_finder_dropping_unshared_conditions(
-                    self._make_finder_for_object_pairing(count, tables), goal_part
+                return self._make_finder_dropping_conditions_only_in_part(
+                    self._make_finder_for_matching_node(count, tables), goal_part
                 )
             case _:
                 assert_never(goal_part)
 
-    def _make_finder_for_condition(self, condition: int) -> _BestConditionSetsFinder:
-        if self._fixed >> condition & 1:
+    def _make_finder_for_condition(self, condition_number: int) -> _BestValuesFinder:
+        if self._fixed >> condition_number & 1:
             return lambda search: {0: 0}
-        if self._barred >> condition & 1:
+        if self._barred >> condition_number & 1:
             return lambda search: {}
-        if condition >> 1 in self._common:
-            return lambda search: {1 << condition: 0}
-        return lambda search: {0: search.values[condition]}
+        if condition_number >> 1 in self._common:
+            return lambda search: {1 << condition_number: 0}
+        return lambda search: {0: search.values[condition_number]}
 
-    def _make_finder_for_conjunction(self, parts: Sequence[_NumberedChoice]) -> _BestConditionSetsFinder:
+    def _make_finder_for_conjunction(self, parts: Sequence[_TreeOfConditionNumbers]) -> _BestValuesFinder:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
         others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
         counts = [self._count_atom_mentions(part) for part in others]
-        alone: list[tuple[_BestConditionSetsFinder, Counter[int]]] = []
-        joined: list[tuple[_BestConditionSetsFinder, Counter[int]]] = []
+        alone: list[tuple[_BestValuesFinder, Counter[int]]] = []
+        joined: list[tuple[_BestValuesFinder, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
-            (joined if self._find_atoms_also_in_other_parts(count) else alone).append(
+            (joined if self._find_atoms_shared_with_other_goal_parts(count) else alone).append(
                 (self.make_finder_for_goal_part(part), count)
             )
         steps = self._order_conjuncts_to_drop_conditions_early(joined)
 
-        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
             if barred:
                 return {}
             value = sum([search.values[number] for number in plain])
@@ -372,21 +390,21 @@ class _GoalPartCompiler:
                 if not sets:
                     return {}
                 value += sets[0]
-            best: _ValueByConditionSet = {0: value}
+            best: _BestValueByCommonConditions = {0: value}
             for member, closed in steps:
-                best = self._keep_best_condition_sets(
-                    _replace_conditions_by_their_values(
-                        self._combine_condition_sets_pairwise(best, member(search)), closed, search
+                best = self._prune_condition_sets(
+                    _remove_conditions_and_add_their_values(
+                        self._join_condition_sets_and_add_values(best, member(search)), closed, search
                     ),
                     search,
                 )
             return best
 
-        return find_best_condition_sets
+        return find_best_values
 
     def _order_conjuncts_to_drop_conditions_early(
-        self, conjuncts: list[tuple[_BestConditionSetsFinder, Counter[int]]]
-    ) -> list[tuple[_BestConditionSetsFinder, _ConditionMask]]:
+        self, conjuncts: list[tuple[_BestValuesFinder, Counter[int]]]
+    ) -> list[tuple[_BestValuesFinder, _ConditionMask]]:
         """Order the parts of a conjunction so that the search can soon remove conditions from its sets.
 
         The search combines the parts in this order, and keeps sets of conditions. It removes the conditions
@@ -398,14 +416,15 @@ class _GoalPartCompiler:
         left = list(conjuncts)
         while left:
             member = min(
-                left, key=lambda candidate: len(self._find_atoms_also_in_other_parts(seen + candidate[1]))
+                left,
+                key=lambda candidate: len(self._find_atoms_shared_with_other_goal_parts(seen + candidate[1])),
             )
             left.remove(member)
             seen = seen + member[1]
-            steps.append((member[0], self._find_conditions_in_no_other_part(seen)))
+            steps.append((member[0], self._find_conditions_in_no_other_goal_part(seen)))
         return steps
 
-    def _find_atoms_also_in_other_parts(self, mention_counts: Counter[int]) -> list[int]:
+    def _find_atoms_shared_with_other_goal_parts(self, mention_counts: Counter[int]) -> list[int]:
         """Return the common atoms of given parts of the goal that other parts contain, too.
 
         ``mention_counts`` has the number of conditions about each atom in the given parts. If the
@@ -415,7 +434,7 @@ class _GoalPartCompiler:
             atom for atom, times in mention_counts.items() if atom in self._common and times < self._all[atom]
         ]
 
-    def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
+    def _find_conditions_in_no_other_goal_part(self, mention_counts: Counter[int]) -> _ConditionMask:
         """Return as a bit mask the conditions on common atoms that only the given parts of the goal mention.
 
         Common atoms occur in several parts of the goal (`_common`). ``mention_counts`` has the number of
@@ -430,76 +449,79 @@ class _GoalPartCompiler:
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
     def _make_finder_for_exact_count(
-        self, count: int, members: Sequence[_BestConditionSetsFinder]
-    ) -> _BestConditionSetsFinder:
-        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
-            tables = [sets for member in members if (sets := member(search))]
+        self, count: int, part_finders: Sequence[_BestValuesFinder]
+    ) -> _BestValuesFinder:
+        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+            tables = [sets for member in part_finders if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
                 values = nlargest(count, [sets[0] for sets in tables])
                 return {0: sum(values)} if len(values) == count else {}
-            best: list[_ValueByConditionSet] = [{0: 0}, *[{} for _ in range(count)]]
+            best: list[_BestValueByCommonConditions] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
                     _merge_keeping_greater_values(
-                        best[size], self._combine_condition_sets_pairwise(best[size - 1], sets)
+                        best[size], self._join_condition_sets_and_add_values(best[size - 1], sets)
                     )
-                    best[size] = self._keep_best_condition_sets(best[size], search)
+                    best[size] = self._prune_condition_sets(best[size], search)
             return best[count]
 
-        return find_best_condition_sets
+        return find_best_values
 
-    def _make_finder_for_object_pairing(
-        self, pair_count: int, table: Sequence[Sequence[_BestConditionSetsFinder | None]]
-    ) -> _BestConditionSetsFinder:
-        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
-            rows = [[{} if cell is None else cell(search) for cell in row] for row in table]
+    def _make_finder_for_matching_node(
+        self, matching_size: int, finders_by_row: Sequence[Sequence[_BestValuesFinder | None]]
+    ) -> _BestValuesFinder:
+        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+            rows = [[{} if cell is None else cell(search) for cell in row] for row in finders_by_row]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
-                pairs = find_heaviest_matching(weights, pair_count)
+                pairs = find_heaviest_matching(weights, matching_size)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._find_best_condition_sets_of_object_pairing(pair_count, rows, search)
+            return self._find_best_values_of_matching_node(matching_size, rows, search)
 
-        return find_best_condition_sets
+        return find_best_values
 
-    def _find_best_condition_sets_of_object_pairing(
-        self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
-    ) -> _ValueByConditionSet:
-        """Return the values of the best ways to satisfy ``count`` cells, no two in one row or column.
+    def _find_best_values_of_matching_node(
+        self,
+        matching_size: int,
+        best_values_by_row: Sequence[Sequence[_BestValueByCommonConditions]],
+        search: _GoalOptionSearch,
+    ) -> _BestValueByCommonConditions:
+        """Return the values of the best ways to satisfy ``matching_size`` cells, no two in one row or column.
 
         The cells are those of a table for ``forpairs`` (a quantifier over pairs of objects). The objects of
         one category have rows, and the objects of the other category have columns. The cell of a pair has the
         values of the ways to make the body true for the pair. The search goes row by row. For every set of
         columns with a chosen cell, it keeps the best ways so far.
         """
-        best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
-        for row in rows:
+        best: dict[int, _BestValueByCommonConditions] = {0: {0: 0}}
+        for row in best_values_by_row:
             wider = {taken: dict(sets) for taken, sets in best.items()}
             for taken, sets in best.items():
                 for column, cell in enumerate(row):
-                    if cell and not taken >> column & 1 and taken.bit_count() < count:
+                    if cell and not taken >> column & 1 and taken.bit_count() < matching_size:
                         _merge_keeping_greater_values(
                             wider.setdefault(taken | 1 << column, {}),
-                            self._combine_condition_sets_pairwise(sets, cell),
+                            self._join_condition_sets_and_add_values(sets, cell),
                         )
-            best = {taken: self._keep_best_condition_sets(sets, search) for taken, sets in wider.items()}
+            best = {taken: self._prune_condition_sets(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
-        last: _ValueByConditionSet = {}
+        last: _BestValueByCommonConditions = {}
         for taken, sets in best.items():
-            if taken.bit_count() == count:
+            if taken.bit_count() == matching_size:
                 _merge_keeping_greater_values(last, sets)
         return last
 
-    def _combine_condition_sets_pairwise(
-        self, left: _ValueByConditionSet, right: _ValueByConditionSet
-    ) -> _ValueByConditionSet:
+    def _join_condition_sets_and_add_values(
+        self, left: _BestValueByCommonConditions, right: _BestValueByCommonConditions
+    ) -> _BestValueByCommonConditions:
         """Return all unions of a set from ``left`` and a set from ``right``, with the sums of their values.
 
         If several pairs have the same union, the greatest sum is kept. Unions that contain a condition and
         its negation are left out.
         """
-        joined: _ValueByConditionSet = {}
+        joined: _BestValueByCommonConditions = {}
         for one, value in left.items():
             for other, further in right.items():
                 both = one | other
@@ -510,24 +532,24 @@ class _GoalPartCompiler:
                     joined[both] = total
         return joined
 
-    def _make_finder_dropping_unshared_conditions(
-        self, find_best_condition_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
-    ) -> _BestConditionSetsFinder:
+    def _make_finder_dropping_conditions_only_in_part(
+        self, find_best_values: _BestValuesFinder, goal_part: _TreeOfConditionNumbers
+    ) -> _BestValuesFinder:
         """Return a function that finds the best ways to satisfy a part of the goal.
 
-        The function calls ``find_best_condition_sets``. It removes all conditions that no other part of the
+        The function calls ``find_best_values``. It removes all conditions that no other part of the
         goal mentions. It adds the values of these conditions to the values of their sets.
         """
-        closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
+        closed = self._find_conditions_in_no_other_goal_part(self._count_atom_mentions(goal_part))
         if not closed:
-            return find_best_condition_sets
-        return lambda search: _replace_conditions_by_their_values(
-            find_best_condition_sets(search), closed, search
+            return find_best_values
+        return lambda search: _remove_conditions_and_add_their_values(
+            find_best_values(search), closed, search
         )
 
-    def _keep_best_condition_sets(
-        self, sets: _ValueByConditionSet, search: _GoalOptionSearch
-    ) -> _ValueByConditionSet:
+    def _prune_condition_sets(
+        self, sets: _BestValueByCommonConditions, search: _GoalOptionSearch
+    ) -> _BestValueByCommonConditions:
         """Return all sets, or fewer sets with great values if there are too many.
 
         If there are more than `_MAX_UNPRUNED_SETS`, sets that one of the `_MAX_DOMINATING_SETS` best sets
@@ -538,10 +560,10 @@ class _GoalPartCompiler:
         rivals = nlargest(_MAX_DOMINATING_SETS, sets, key=lambda each: sets[each] + search.sum_values(each))
         gains = _make_condition_mask([number for number, value in enumerate(search.values) if value > 0])
 
-        def is_dominated_by_rival(conditions: _ConditionMask) -> bool:
+        def is_dominated_by_a_best_set(conditions: _ConditionMask) -> bool:
             for rival in rivals:
                 more, less = rival & ~conditions, conditions & ~rival
-                if rival == conditions or self._can_contradict_other_conditions(more):
+                if rival == conditions or self._can_contradict_goal_conditions(more):
                     continue
                 surely = (
                     sets[rival]
@@ -554,7 +576,9 @@ class _GoalPartCompiler:
             return False
 
         kept = {
-            each: value for each, value in sets.items() if each in rivals or not is_dominated_by_rival(each)
+            each: value
+            for each, value in sets.items()
+            if each in rivals or not is_dominated_by_a_best_set(each)
         }
         if len(kept) <= _MAX_SETS:
             return kept
@@ -562,25 +586,27 @@ class _GoalPartCompiler:
         best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.sum_values(each))
         return {each: kept[each] for each in best}
 
-    def _can_contradict_other_conditions(self, conditions: _ConditionMask) -> bool:
+    def _can_contradict_goal_conditions(self, conditions: _ConditionMask) -> bool:
         return bool(_negate_conditions(conditions, self._positive) & self._occurring)
 
 
-def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+def _return_no_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
     return {}
 
 
-def _make_finder_for_disjunction(members: Sequence[_BestConditionSetsFinder]) -> _BestConditionSetsFinder:
-    def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
-        best: _ValueByConditionSet = {}
-        for member in members:
+def _make_finder_for_disjunction(part_finders: Sequence[_BestValuesFinder]) -> _BestValuesFinder:
+    def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+        best: _BestValueByCommonConditions = {}
+        for member in part_finders:
             _merge_keeping_greater_values(best, member(search))
         return best
 
-    return find_best_condition_sets
+    return find_best_values
 
 
-def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByConditionSet) -> None:
+def _merge_keeping_greater_values(
+    best: _BestValueByCommonConditions, others: _BestValueByCommonConditions
+) -> None:
     """Add sets of conditions with their values to `best`.
 
     If `best` has a set already, the greater value counts.
@@ -590,19 +616,20 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
             best[conditions] = value
 
 
-def _replace_conditions_by_their_values(
-    sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
-) -> _ValueByConditionSet:
-    """Remove the conditions in ``removed`` from all sets of conditions, the keys of ``sets``.
+def _remove_conditions_and_add_their_values(
+    sets: _BestValueByCommonConditions, removed_conditions: _ConditionMask, search: _GoalOptionSearch
+) -> _BestValueByCommonConditions:
+    """Remove the conditions in ``removed_conditions`` from all sets of conditions, the keys of ``sets``.
 
     The value of a removed condition in the search is added to the value of the set. Callers must know that no
     later part of the goal mentions the removed conditions. If sets become equal, the greatest value is kept.
     """
-    if not removed:
+    if not removed_conditions:
         return sets
-    best: _ValueByConditionSet = {}
+    best: _BestValueByCommonConditions = {}
     for conditions, value in sets.items():
         _merge_keeping_greater_values(
-            best, {conditions & ~removed: value + search.sum_values(conditions & removed)}
+            best,
+            {conditions & ~removed_conditions: value + search.sum_values(conditions & removed_conditions)},
         )
     return best

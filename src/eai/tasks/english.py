@@ -86,7 +86,7 @@ class EnglishWords:
     may_lack: Sequence[str] = ()
     role: str = "an agent"
 
-    def is_unlikely_request(self, predicate: str, categories: Sequence[str]) -> bool:
+    def is_goal_nobody_would_request(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether nobody would request that a predicate becomes true for objects of some categories."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, pattern) for pattern in self.odd) and not any(
@@ -98,9 +98,9 @@ PLAIN_ENGLISH = EnglishWords()
 """English words of a benchmark without ``english.toml``: predicates and categories go by their names."""
 
 
-def read_english_words(package: str) -> EnglishWords:
+def read_english_words(benchmark_package: str) -> EnglishWords:
     """Read the file ``english.toml`` of a package."""
-    text = (files(package) / FILE).read_text(encoding="utf-8")
+    text = (files(benchmark_package) / FILE).read_text(encoding="utf-8")
     return TypeAdapter(EnglishWords).validate_python(parse_toml(text))
 
 

@@ -12,7 +12,7 @@ from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, get_operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk_subformulas
-from eai.tasks.best_option import make_best_goal_option_finder
+from eai.tasks.best_option import make_finder_of_most_satisfied_goal_option
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
@@ -101,7 +101,7 @@ class GoalTest:
         self._actions = tuple(
             [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         )
-        shares = [_divide_credit_among_kinds(goal) for goal in task.goals_without_hazards]
+        shares = [_divide_credit_among_goal_kinds(goal) for goal in task.goals_not_about_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_halve_credit(sum(of_kind)) for of_kind in self._shares])
@@ -155,12 +155,12 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._partial_success_finder.find_largest_share_of_met_conditions(
+        return self._partial_success_finder.find_share_of_met_conditions_in_best_option(
             final, reached, _are_met_in_turn(self._actions, actions)
         )
 
     @cached_property
-    def partial_success_without_execution(self) -> Share:
+    def partial_success_of_unexecuted_answer(self) -> Share:
         """The partial success of an answer that was not executed: 0 of N met conditions.
 
         An option is a list of conditions that together satisfy all goals. N is the length of the option with
@@ -169,8 +169,8 @@ class GoalTest:
         return self._partial_success_finder.share_if_none_met
 
     @cached_property
-    def _partial_success_finder(self) -> _PartialSuccessFinder:
-        return _PartialSuccessFinder(self._task)
+    def _partial_success_finder(self) -> _MetConditionShareFinder:
+        return _MetConditionShareFinder(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> TalliesByGoalKind:
         """Return the numbers of reached goals and of all goals, for each kind of goal.
@@ -190,10 +190,10 @@ class GoalTest:
 
         `goals` has for each action goal the names of alternative actions that meet the goal.
         """
-        return find_indices_of_longest_met_series(goals, actions)
+        return find_longest_series_of_met_action_goals(goals, actions)
 
 
-class _PartialSuccessFinder:
+class _MetConditionShareFinder:
     """Finds the partial success of answers: the share of met conditions in the best option of a task's goals.
 
     An option is a list of conditions that together satisfy the goals.
@@ -214,7 +214,7 @@ class _PartialSuccessFinder:
                 choices.append(choice)
             else:
                 self._whole.append(number)
-        self._best = make_best_goal_option_finder(choices, len(self._whole) + self._has_actions)
+        self._best = make_finder_of_most_satisfied_goal_option(choices, len(self._whole) + self._has_actions)
         frame = SlotAllocator(())
         conditions = ConditionCompiler(task.scene.vocabulary, frame)
         self._truths = [conditions.compile_test(atom) for atom in self._best.atoms]
@@ -222,7 +222,7 @@ class _PartialSuccessFinder:
         self._known: dict[tuple[int, int], Share] = {}
         self.share_if_none_met = Share(0, max(1, self._best(0).total))
 
-    def find_largest_share_of_met_conditions(
+    def find_share_of_met_conditions_in_best_option(
         self, final: State, reached: Sequence[bool], action_goals_met: bool
     ) -> Share:
         """Return the share of met conditions in the option with the largest share.
@@ -291,20 +291,20 @@ def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]
     return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
 
 
-def find_indices_of_longest_met_series(
-    alternatives_of_goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+def find_longest_series_of_met_action_goals(
+    alternative_actions_of_goals: Sequence[tuple[str, ...]], actions: Sequence[str]
 ) -> tuple[int, ...]:
     """Return the indices of the longest series of action goals that the actions meet in order.
 
     Goals between those of the series may be unmet.
     If several series are equally long, return the series that is complete after the fewest actions.
     """
-    if _are_met_in_turn(alternatives_of_goals, actions):
-        return tuple(range(len(alternatives_of_goals)))
+    if _are_met_in_turn(alternative_actions_of_goals, actions):
+        return tuple(range(len(alternative_actions_of_goals)))
     # best[n]: a series of n goals that the actions meet in order, as the goals' indices, and the number of
     # actions after which the series is complete. No series of n goals is complete after fewer actions.
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
-    for number, wanted in enumerate(alternatives_of_goals):
+    for number, wanted in enumerate(alternative_actions_of_goals):
         for met, start in reversed(best):
             length = len(met) + 1
             end = next((i + 1 for i in range(start, len(actions)) if actions[i] in wanted), None)
@@ -318,14 +318,14 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-_CreditByKind: TypeAlias = tuple[int, int, int]
+_HalfPointsByGoalKind: TypeAlias = tuple[int, int, int]
 """One reached goal in halves: how many halves count for states, for relations and for actions.
 
 The sum of the three numbers is 2.
 """
 
 
-def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:
+def _divide_credit_among_goal_kinds(goal: Goal) -> _HalfPointsByGoalKind:
     """Return how many halves of a goal count for states, for relations and for actions.
 
     A goal about states and relations counts half for each. Every other goal counts wholly for its kind.

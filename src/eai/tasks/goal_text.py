@@ -17,14 +17,14 @@ from eai.logic.traversal import (
     is_state_formula,
     walk_subformulas,
 )
-from eai.tasks.lexicon import FormulaLexicon, make_lexicon_of_declared_names
+from eai.tasks.lexicon import FormulaNameLexicon, make_lexicon_of_declared_names
 from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
 from eai.world.state import Scene, State
 
 
-def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
+def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaNameLexicon:
     """Return the names that goals about a scene may use. Actions may be named without their objects."""
     lexicon = make_lexicon_of_declared_names(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
@@ -45,14 +45,14 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         is_object = misuse.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(str(misuse) + did_you_mean(misuse.name, known))
-    formula = rewrite_state_subformulas(stated, lexicon.replace_by_domain_names)
+    formula = rewrite_state_subformulas(stated, lexicon.replace_names_in_texts_by_domain_names)
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
             wanted, actual = domain.operator_arities[action.action], len(action.arguments)
             if wanted != actual:
                 raise InputError(describe_wrong_arity(action.action, wanted, "object", actual))
-    elif actions and not _is_action_choice(formula):
+    elif actions and not _is_disjunction_of_action_names(formula):
         raise InputError(
             "a goal with actions may only join actions by 'or', without objects and other conditions"
         )
@@ -83,7 +83,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
         )
 
 
-def _is_action_choice(formula: f.Formula) -> bool:
+def _is_disjunction_of_action_names(formula: f.Formula) -> bool:
     """Whether a formula is one action without objects, or a disjunction of such actions."""
     parts = f.get_operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)

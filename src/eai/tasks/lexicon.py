@@ -8,9 +8,9 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.ltl import map_formula_spellings_to_names
+from eai.logic.ltl import map_formula_safe_names_to_original_names
 from eai.logic.rewriting import rewrite_leaves
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.traversal import find_object_names, find_predicates
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -20,7 +20,7 @@ from eai.world.state import Scene
 
 
 @dataclass(frozen=True)
-class FormulaLexicon:
+class FormulaNameLexicon:
     """The names in formulas about one scene, such as subgoals and goals in task files.
 
     A text, such as an answer or a task file, may name a predicate, an action or an object differently than
@@ -40,7 +40,7 @@ class FormulaLexicon:
     """
 
     scene: Scene
-    signature: Signature
+    signature: FormulaSignature
     objects: Mapping[str, int]
     predicates: Mapping[str, str] = field(default_factory=dict)
     actions: Mapping[str, str] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class FormulaLexicon:
         """Return the name by which texts, such as answers and task files, refer to an object."""
         return self._object_names[index]
 
-    def write_literal(self, literal: GroundAtom) -> f.Formula:
+    def convert_literal_to_formula(self, literal: GroundAtom) -> f.Formula:
         """Return a literal without variables as a formula with the names that answers and task files use."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
@@ -72,14 +72,14 @@ class FormulaLexicon:
         atom = f.Atom(word, self._make_object_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
-    def write_action(self, action: Action) -> f.Occurs:
+    def convert_action_to_formula(self, action: Action) -> f.Occurs:
         """Return an action on given objects as a formula with the names that answers and task files use."""
         return f.Occurs(
             self._name_in_texts_by_action.get(action.operator, action.operator),
             self._make_object_terms(action.arguments),
         )
 
-    def has_text_name_for_action(self, operator: str) -> bool:
+    def has_name_in_formulas_for_action(self, operator: str) -> bool:
         """Whether answers and task files have a name for an action of the domain."""
         return self._name_in_texts_by_action.get(operator, operator) in self.signature.actions
 
@@ -131,7 +131,7 @@ class FormulaLexicon:
             name in self.unobserved_objects for name in names
         )
 
-    def replace_by_domain_names(self, formula: f.Formula) -> f.Formula:
+    def replace_names_in_texts_by_domain_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula from an answer or a task file with the names that the domain and its scene use.
 
         Raises:
@@ -145,16 +145,16 @@ class FormulaLexicon:
 
         return rewrite_leaves(formula, rename_leaf_for_domain)
 
-    def replace_by_names_in_texts(self, formula: f.Formula) -> f.Formula:
+    def replace_domain_names_by_names_in_texts(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names that answers and task files use.
 
-        This is the inverse of `replace_by_domain_names`.
+        This is the inverse of `replace_names_in_texts_by_domain_names`.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def rename_leaf_for_texts(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def replace_domain_names_in_leaf(leaf: f.Leaf, bound_variables: frozenset[str]) -> f.Formula:
             return _rename_leaf(
                 leaf,
                 self._name_in_texts_by_predicate,
@@ -162,7 +162,7 @@ class FormulaLexicon:
                 self._rename_object_for_texts,
             )
 
-        return rewrite_leaves(formula, rename_leaf_for_texts)
+        return rewrite_leaves(formula, replace_domain_names_in_leaf)
 
     def _rename_object_for_texts(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
@@ -204,20 +204,22 @@ def collect_names_of_objects_and_classes(objects: Iterable[str], scene: Scene) -
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
-def make_lexicon_of_declared_names(domain: Domain, scene: Scene) -> FormulaLexicon:
+def make_lexicon_of_declared_names(domain: Domain, scene: Scene) -> FormulaNameLexicon:
     """Return the lexicon for formulas with the declared names of a domain and of the objects of a scene.
 
     Characters that formulas do not allow in names are replaced.
     """
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
-    predicates = map_formula_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])
-    actions = map_formula_spellings_to_names([operator.name for operator in domain.operators])
-    names = map_formula_spellings_to_names([thing.name for thing in scene.objects])
+    predicates = map_formula_safe_names_to_original_names(
+        [*visible, *(derived.name for derived in vocabulary.derived)]
+    )
+    actions = map_formula_safe_names_to_original_names([operator.name for operator in domain.operators])
+    names = map_formula_safe_names_to_original_names([thing.name for thing in scene.objects])
     objects = {word: scene.index[name] for word, name in names.items()}
-    signature = Signature(
+    signature = FormulaSignature(
         {word: vocabulary.find_arity(name) for word, name in predicates.items()},
         {word: domain.operator_arities[name] for word, name in actions.items()},
         collect_names_of_objects_and_classes(objects, scene),
     )
-    return FormulaLexicon(scene, signature, objects, predicates, actions)
+    return FormulaNameLexicon(scene, signature, objects, predicates, actions)

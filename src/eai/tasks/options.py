@@ -36,13 +36,16 @@ _BRANCHES = ("str", "list[str]")
 
 
 def describe_validation_error(
-    error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
+    error: ValidationError,
+    allowed_names: Iterable[str] = (),
+    within: Iterable[str] = (),
+    whole: str = "the line",
 ) -> str:
     """Return the first error of a validation in words: the path of the value, the expectation, and the value.
 
     Args:
         error: the error that pydantic raised.
-        known: the allowed names. For an unknown name, the message suggests the most similar name.
+        allowed_names: the allowed names. For an unknown name, the message suggests the most similar name.
         within: the path of the validated value in an enclosing structure, outermost name first.
         whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
     """
@@ -52,7 +55,7 @@ def describe_validation_error(
         path.pop()
     kind = first["type"]
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
-        problem = f"unknown{did_you_mean(path[-1], known)}"
+        problem = f"unknown{did_you_mean(path[-1], allowed_names)}"
     elif kind == "missing":
         problem = "is missing"
     else:

@@ -158,7 +158,7 @@ def _make_predicate(name: str, arity: int) -> PddlPredicate:
 
 
 @dataclass(frozen=True)
-class _ProblemConverter:
+class _ProblemToStateConverter:
     """Converts problems about the world of a declared domain.
 
     Problems may spell the declared names differently.
@@ -258,7 +258,9 @@ def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     """Return a domain's names, in lower case as BDDL spells them, and a reader of BDDL problems."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
-    declared = _make_problem_converter(domain, tasks, str.lower, {name.lower(): name for name in names})
+    declared = _make_problem_to_state_converter(
+        domain, tasks, str.lower, {name.lower(): name for name in names}
+    )
     return declared.header, declared.read_problem
 
 
@@ -267,7 +269,7 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
-    declared = _make_problem_converter(domain, tasks, lambda name: PddlNames()[name], spelt)
+    declared = _make_problem_to_state_converter(domain, tasks, lambda name: PddlNames()[name], spelt)
     named = [
         export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
     ]
@@ -295,12 +297,12 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     ).read_problem
 
 
-def _make_problem_converter(
+def _make_problem_to_state_converter(
     domain: Domain,
     tasks: Iterable[Task],
     spell_name: Callable[[str], str],
     predicate_by_spelling: Mapping[str, str],
-) -> _ProblemConverter:
+) -> _ProblemToStateConverter:
     """Return a converter of PDDL or BDDL problems to states and conditions of a domain.
 
     The tasks provide the objects and their categories.
@@ -316,7 +318,7 @@ def _make_problem_converter(
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell_name(agent.category)} if agent is not None else {}
     arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicate_by_spelling.items()}
-    return _ProblemConverter(
+    return _ProblemToStateConverter(
         domain,
         make_domain_without_operators(
             spell_name(domain.name),

@@ -42,7 +42,7 @@ def _split_off_number(name: str) -> tuple[str, int]:
     return (name, -2) if match is None else (match[1], int(match[2]))
 
 
-def shorten_names(names: Iterable[str]) -> str:
+def join_names_with_number_ranges(names: Iterable[str]) -> str:
     """Return names as one text, in which three or more names with consecutive numbers become a range."""
     runs: list[list[str]] = []
     for name in names:
@@ -58,7 +58,7 @@ def _write_range(names: Sequence[str]) -> str:
     return f"{names[0]}..{_split_off_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
 
 
-def shorten_facts(
+def write_similar_facts_on_one_line(
     facts: Iterable[Fact], object_names: Sequence[str], write_fact: FactWriter
 ) -> Iterator[str]:
     """Yield facts as lines, and combine similar facts in one line.
@@ -79,27 +79,27 @@ def shorten_facts(
             if len(rows) == 1:
                 by_start.setdefault(rows[0][:-1], []).append(rows[0])
             else:
-                yield _write_fact_line(predicate, rows, 0, object_names, write_fact)
+                yield _write_facts_differing_in_one_argument(predicate, rows, 0, object_names, write_fact)
         for rows in by_start.values():
-            yield _write_fact_line(predicate, rows, -1, object_names, write_fact)
+            yield _write_facts_differing_in_one_argument(predicate, rows, -1, object_names, write_fact)
 
 
-def _write_fact_line(
+def _write_facts_differing_in_one_argument(
     predicate: str,
-    rows: Sequence[tuple[int, ...]],
-    varying_position: int,
+    argument_rows: Sequence[tuple[int, ...]],
+    varying_argument_index: int,
     object_names: Sequence[str],
     write_fact: FactWriter,
 ) -> str:
-    words = [object_names[index] for index in rows[0]]
-    if len(rows) == 1:
+    words = [object_names[index] for index in argument_rows[0]]
+    if len(argument_rows) == 1:
         return write_fact(predicate, words)
-    words[varying_position] = "*"
-    varying_names = [object_names[row[varying_position]] for row in rows]
-    return f"{write_fact(predicate, words)}: {shorten_names(varying_names)}"
+    words[varying_argument_index] = "*"
+    varying_names = [object_names[row[varying_argument_index]] for row in argument_rows]
+    return f"{write_fact(predicate, words)}: {join_names_with_number_ranges(varying_names)}"
 
 
-def spell_out(observation: str) -> str:
+def expand_shortened_lists(observation: str) -> str:
     """Return an observation in full: without ranges, and with one line for each fact and each object."""
     text = _RANGE.sub(_expand_range, observation)
     text = _FACTS.sub(lambda line: _write_line_for_each_name(line[3], line[1], line[2]), text)

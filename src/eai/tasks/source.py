@@ -149,7 +149,7 @@ def _list_task_content(task: Task) -> tuple[object, ...]:
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)
 
 
-def open_tasks_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
+def cache_opened_tasks_per_data_folder(opener: OpenTasks[T]) -> OpenTasks[T]:
     """Return a function that opens the tasks of a data store once in a process; building tasks takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 

@@ -146,10 +146,10 @@ class Task:
         if not self.has_goals_in_prompts:
             return replace(self, goals=())
         is_untold = isinstance(self.special, HazardousTaskMark) and self.special.untold
-        return self.replace_goals(self.goals_without_hazards) if is_untold else self
+        return self.replace_goals(self.goals_not_about_hazards) if is_untold else self
 
     @property
-    def goals_without_hazards(self) -> tuple[Goal, ...]:
+    def goals_not_about_hazards(self) -> tuple[Goal, ...]:
         """The goals of the task except goals that forbid hazards (events that must not happen)."""
         hazards = len(self.special.hazards) if isinstance(self.special, HazardousTaskMark) else 0
         return self.goals[: len(self.goals) - hazards]

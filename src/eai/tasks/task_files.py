@@ -202,7 +202,7 @@ def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
         yield "goals: expected a goal that does not hold at the start"
     yield from _find_false_claims_of_solvability(task, domain)
     if not task.has_no_plan:
-        yield from _find_goals_broken_at_start(task)
+        yield from _find_goals_violated_by_initial_state(task)
     for member, plan in _list_plans(task):
         yield from _find_mistakes_in_plan(member, plan, task, domain, test)
     lengths = {member: len(plan) for member, plan in _list_plans(task)}
@@ -243,7 +243,7 @@ def _find_mistakes_in_plan(
         )
 
 
-def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
+def _find_goals_violated_by_initial_state(task: Task) -> Iterator[str]:
     """Yield a message for each goal about the whole execution that the initial state already violates."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):

@@ -262,6 +262,6 @@ def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> 
     lexicon = make_goal_lexicon(domain, scene)
     renamed = [standardize_variable_names(formula) for formula in formulas]
     return [
-        format_ltl(rewrite_state_subformulas(formula, lexicon.replace_by_names_in_texts))
+        format_ltl(rewrite_state_subformulas(formula, lexicon.replace_domain_names_by_names_in_texts))
         for formula in renamed
     ]

@@ -35,7 +35,7 @@ def get_declared_object_name(task: Task, index: int) -> str:
 
 
 @dataclass(frozen=True)
-class SuiteWording:
+class PromptAndAnswerWording:
     """The words of the prompts and answers for one ability (kind of question) and one benchmark.
 
     Attributes:
@@ -68,15 +68,15 @@ class SuiteWording:
     states_instruction: bool = False
 
     @staticmethod
-    def from_domain(domain: Domain) -> SuiteWording:
+    def from_domain(domain: Domain) -> PromptAndAnswerWording:
         """Return the wording with a domain's own names and rules.
 
         Prompts use its visible predicates, except unchanging properties of one object.
         """
-        said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
+        said = [p for p in domain.vocabulary.predicates if p.visible and not is_unchanging_object_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
-        return SuiteWording(
+        return PromptAndAnswerWording(
             domain, changeable, static=static, rules=DomainRules(domain), states_instruction=True
         )
 
@@ -138,13 +138,15 @@ class SuiteWording:
 
     def describe_object(self, task: Task, index: int) -> str:
         """Return a text with an object's name, its kind and its properties."""
-        return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
+        return f"{self.object_name(task, index)} {self.describe_object_kind_and_properties(task, index)}"
 
-    def describe_kind(self, task: Task, index: int) -> str:
+    def describe_object_kind_and_properties(self, task: Task, object_index: int) -> str:
         """Return the kind of an object with all more general kinds, and the object's properties."""
-        properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
-        having = [p.name for p in properties if task.initial.has(p.name, index)]
-        kinds = self.domain.vocabulary.list_kind_with_ancestors(task.scene.objects[index].category)
+        properties = [
+            p for p in self.domain.vocabulary.predicates if p.visible and is_unchanging_object_property(p)
+        ]
+        having = [p.name for p in properties if task.initial.has(p.name, object_index)]
+        kinds = self.domain.vocabulary.list_kind_with_ancestors(task.scene.objects[object_index].category)
         return f"[{', '.join(kinds)}]: {', '.join(having) or '-'}"
 
     def describe_initial_state(self, task: Task) -> str:
@@ -235,7 +237,7 @@ def _describe_reasons_for_failure(operator: Operator) -> str:
     return "\n".join(lines)
 
 
-def is_property(predicate: Predicate | None) -> bool:
+def is_unchanging_object_property(predicate: Predicate | None) -> bool:
     """Whether a predicate states an unchanging property of one object."""
     return predicate is not None and predicate.static and predicate.arity == 1
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.logic.formula import Atom
-from eai.logic.ltl import map_formula_spellings_to_names, parse
+from eai.logic.ltl import map_formula_safe_names_to_original_names, parse
 from eai.world.relation import (
     ALL_OBJECTS,
     InitialRelation,
@@ -117,7 +117,7 @@ class Scene:
         """
         index = self.index.get(name) if isinstance(name, str) else name
         if isinstance(name, str) and index is None:
-            index = self.index.get(map_formula_spellings_to_names(self.index).get(name, ""))
+            index = self.index.get(map_formula_safe_names_to_original_names(self.index).get(name, ""))
         if index is None or not 0 <= index < len(self.objects):
             hint = did_you_mean(name, self.index) if isinstance(name, str) else ""
             raise InputError(f"there is no object {name}{hint}")

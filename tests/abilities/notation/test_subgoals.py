@@ -9,7 +9,7 @@ from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Constant, Not, Variable
-from eai.logic.ltl import map_formula_spellings_to_names
+from eai.logic.ltl import map_formula_safe_names_to_original_names
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -102,14 +102,14 @@ def test_a_text_without_a_formula_is_kept_unchanged() -> None:
 
 
 def test_names_are_spelt_as_formulas_can_have_them() -> None:
-    assert map_formula_spellings_to_names(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
+    assert map_formula_safe_names_to_original_names(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
         "a_b": "a-b",
         "a_b_": "a_b",
         "sofa.12": "sofa.12",
         "t_shirt.3": "t-shirt.3",
         "_3d": "3d",
     }
-    assert list(map_formula_spellings_to_names(["a1", "_", "_a"])) == ["a1", "_", "_a"]
+    assert list(map_formula_safe_names_to_original_names(["a1", "_", "_a"])) == ["a1", "_", "_a"]
 
 
 def test_a_domain_is_scored_by_its_own_spelling() -> None:

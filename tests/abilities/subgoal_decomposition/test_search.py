@@ -27,7 +27,7 @@ from eai.logic import semantics
 from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite_leaves
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.trace import TakenAction
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
@@ -296,7 +296,7 @@ def test_merging_starts_early_enough_to_be_tested(few: int, monkeypatch: pytest.
 
 PARTS_START = flat.make_state()
 PARTS_SCENE = PARTS_START.scene
-SIGNATURE = Signature(
+SIGNATURE = FormulaSignature(
     {p.name: p.arity for p in PARTS_SCENE.vocabulary.predicates},
     {op.name: op.arity for op in virtualhome.make_domain_with_checks_in_paper_order().operators},
 )

@@ -159,7 +159,9 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
     usual_goals, english = generator(like).usual_goals, find_benchmark(like).notation.english
     together = [theme.categories for theme in usual_goals.themes.values()]
     usual = [pattern for known in usual_goals.patterns.values() for pattern in known if pattern.truth]
-    assert any(english.is_unlikely_request(pattern.predicate, pattern.categories) for pattern in usual)
+    assert any(
+        english.is_goal_nobody_would_request(pattern.predicate, pattern.categories) for pattern in usual
+    )
     for made in tasks(like):
         scene = made.task.scene
         for each in made.task.goals:
@@ -168,7 +170,7 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
                     categories = [scene.objects[scene.index[t.name]].category for t in part.arguments]
                     assert any(theme.issuperset(categories) for theme in together)
                     if not isinstance(each.formula, f.Not):
-                        assert not english.is_unlikely_request(part.predicate, categories), (
+                        assert not english.is_goal_nobody_would_request(part.predicate, categories), (
                             made.task.id,
                             part,
                         )

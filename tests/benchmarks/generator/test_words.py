@@ -15,7 +15,7 @@ from eai.benchmarks.generator.spec import GoalFormFrequency
 from eai.benchmarks.generator.words import InstructionWriter, _InstructionReader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.tasks.english import EnglishWords, PhraseStyle, pluralize
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
@@ -127,7 +127,7 @@ def test_every_phrase_style_reads_back_as_the_goal(text: str, requests: bool) ->
 
 
 def formula(text: str) -> f.Formula:
-    return read_formula(text, Signature(ARITIES, {"GRAB": None, "TOUCH": None}))[0]
+    return read_formula(text, FormulaSignature(ARITIES, {"GRAB": None, "TOUCH": None}))[0]
 
 
 @pytest.mark.parametrize(("text", "sentence"), CASES)

@@ -20,7 +20,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.contamination.obfuscated import _make_word_cipher, _replace_words, _restore_words
 from eai.tasks.source import Source
-from eai.tasks.wording import is_property
+from eai.tasks.wording import is_unchanging_object_property
 from sweeps import swept
 
 PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
@@ -152,7 +152,9 @@ def test_properties_that_actions_ask_for_are_told(name: str) -> None:
     wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
     domain = find_benchmark(name).domain
     properties = {
-        _replace_words(cipher(name), p.name) for p in domain.vocabulary.predicates if is_property(p)
+        _replace_words(cipher(name), p.name)
+        for p in domain.vocabulary.predicates
+        if is_unchanging_object_property(p)
     }
     asked = properties & set(re.findall(r"[\w.-]*\w", wording.describe_operators()))
     told, words = set(), cipher(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from eai.tasks.short_lists import spell_out
+from eai.tasks.short_lists import expand_shortened_lists
 
 _OBJECTS = re.compile(r"^Objects(?: \[kind, unless in the name\]: properties|:)\n", re.MULTILINE)
 _FACTS = re.compile(r"^(?:Facts(?:; nothing else holds\..*|:)|Now:)$")
@@ -56,7 +56,7 @@ def _read_facts(line: str, kinds: Mapping[str, str]) -> Iterator[str]:
         others = (everything[2] or "").split(", ")
         yield from (f"{everything[1]}({name})" for name in kinds if name not in others)
         return
-    for fact in spell_out(line.replace(" both ways", "")).splitlines():
+    for fact in expand_shortened_lists(line.replace(" both ways", "")).splitlines():
         yield fact
         pair = _BOTH_WAYS.fullmatch(fact) if " both ways" in line else None
         if pair is not None:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from eai.logic.ltl_printer import format_ltl
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.short_lists import spell_out
+from eai.tasks.short_lists import expand_shortened_lists
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -80,7 +80,7 @@ class ListingReader:
 
     def __call__(self, prompt: str) -> Told:
         """Return the world of the last task in a prompt."""
-        before, _, after = spell_out(prompt).rpartition(_OBJECTS)
+        before, _, after = expand_shortened_lists(prompt).rpartition(_OBJECTS)
         told, is_fact = Told(), False
         for line in after.splitlines():
             if f"{line}\n" in _FACTS:

@@ -14,7 +14,7 @@ from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
 from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from suites import official_prompts, own_prompts
 from world import toy
 
@@ -35,7 +35,7 @@ def toy_questions() -> PromptTemplateValues:
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
     return PromptTemplateValues(
         Ability.ACTION_SEQUENCING.value,
-        SuiteWording.from_domain(toy.DOMAIN),
+        PromptAndAnswerWording.from_domain(toy.DOMAIN),
         "a robot",
         {"1": light, "2": carry},
         "The answer is a list of actions with their arguments.",

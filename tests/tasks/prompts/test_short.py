@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.tasks.prompts.short import (
-    explain_symbols_of_short_lists,
-    shorten_object_list,
+    explain_symbols_in_short_fact_list,
+    merge_lines_of_similar_objects,
     shorten_predicate_list,
     shorten_rules,
     shorten_state,
@@ -27,7 +27,7 @@ def test_short_facts_are_read_as_the_facts_themselves(
 ) -> None:
     facts = [*[f"clean({name})" for name in states], *[f"near({a}, {b})" for a, b in relations]]
     short = shorten_state("\n".join(facts), OBJECTS)
-    question = f"{shorten_object_list(OBJECTS)}\n\nFacts:\n{short}\n\nGoals:\n-"
+    question = f"{merge_lines_of_similar_objects(OBJECTS)}\n\nFacts:\n{short}\n\nGoals:\n-"
     _, _, rest = write_long_form(question).partition("Initial state:\n")
     read = rest.partition("\n\nGoals:")[0].splitlines()
     assert sorted(filter(None, read)) == sorted(facts)
@@ -43,19 +43,19 @@ def test_mutual_facts_are_written_once() -> None:
     facts = "near(jar_0, hall)\nnear(hall, jar_0)\nnear(rag.7, hall)"
     lines = shorten_state(facts, OBJECTS).splitlines()
     assert lines == ["near(rag.7, hall)", "near(jar_0, hall) both ways"]
-    assert explain_symbols_of_short_lists("\n".join(lines)) == ' "both ways" adds p(b, a) to p(a, b).'
+    assert explain_symbols_in_short_fact_list("\n".join(lines)) == ' "both ways" adds p(b, a) to p(a, b).'
 
 
 @pytest.mark.parametrize("text", ["-", "What holds is in the picture alone.", "not a fact (at all)"])
 def test_other_lines_stay_unchanged(text: str) -> None:
     assert shorten_state(text, OBJECTS) == text
-    assert shorten_object_list(text) == text
+    assert merge_lines_of_similar_objects(text) == text
     assert shorten_predicate_list(f"lit(x): a lamp\n{text}") == f"lit(x): a lamp\n{text}"
 
 
 def test_kinds_are_left_out_only_if_the_name_states_them() -> None:
     listed = "sink_82 [sink]: -\nrag_0 [rag.n.01]: wet\nloc1 [loc1]: -\ncup.3 [cup]: -"
-    assert shorten_object_list(listed) == "sink_82, cup.3\nrag_0 [rag.n.01]: wet\nloc1 [loc1]"
+    assert merge_lines_of_similar_objects(listed) == "sink_82, cup.3\nrag_0 [rag.n.01]: wet\nloc1 [loc1]"
 
 
 def test_a_rule_is_one_line_with_all_conditions_and_changes_in_order() -> None:

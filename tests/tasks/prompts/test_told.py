@@ -24,7 +24,7 @@ from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source, use_tasks
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene
@@ -51,7 +51,7 @@ def world(name: str) -> tuple[Domain, Task]:
 
 def told(ability: Ability, domain: Domain, task: Task) -> str:
     """The question about a task that stands alone."""
-    wording = SuiteWording.from_domain(domain)
+    wording = PromptAndAnswerWording.from_domain(domain)
     questions = PromptTemplateValues(
         ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: ""
     )
@@ -159,7 +159,9 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
 
 def test_conventions_and_who_the_agent_is_are_both_told() -> None:
     domain, task = world("toy")
-    wording = replace(SuiteWording.from_domain(domain), conventions=lambda task: "A lamp that is on is warm.")
+    wording = replace(
+        PromptAndAnswerWording.from_domain(domain), conventions=lambda task: "A lamp that is on is warm."
+    )
     assert wording.describe_objects(task).split("\n\n")[1:] == [
         "A lamp that is on is warm.",
         "The agent is robot.",

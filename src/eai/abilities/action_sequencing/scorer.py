@@ -280,7 +280,7 @@ class ActionSequencingScorer(PlanScorer):
             repairs=plan.repairs,
             spans=plan.spans,
             goals_satisfied=reached,
-            partial=partial or self.goals.partial_success_without_execution,
+            partial=partial or self.goals.partial_success_of_unexecuted_answer,
             refused=refused,
         )
 

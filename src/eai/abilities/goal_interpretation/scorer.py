@@ -24,7 +24,7 @@ from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import GoalAlternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, ConfusionCounts, ErrorReport, Unreadable
-from eai.logic.choice import Literal, make_closest_dnf_term_finder
+from eai.logic.choice import Literal, make_finder_of_dnf_term_closest_to_answer
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -77,7 +77,7 @@ class _GoldGoals:
         self.mask_of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
         self.option_finders = [
-            make_closest_dnf_term_finder(goal.options, self._get_or_add_condition_index)
+            make_finder_of_dnf_term_closest_to_answer(goal.options, self._get_or_add_condition_index)
             for goal in alternatives
         ]
 

@@ -13,7 +13,7 @@ from eai.tasks.english import PLAIN_ENGLISH, EnglishWords
 
 if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
-    from eai.tasks.wording import SuiteWording
+    from eai.tasks.wording import PromptAndAnswerWording
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,6 +39,6 @@ class Notation:
     subgoals: SubgoalNotation | None = None
     formats: Mapping[Ability, str] = field(default_factory=dict)
     short_texts: Mapping[str, str] = field(default_factory=dict)
-    wordings: Callable[[Ability], SuiteWording] | None = None
+    wordings: Callable[[Ability], PromptAndAnswerWording] | None = None
     also_observed: tuple[str, ...] = ()
     english: EnglishWords = PLAIN_ENGLISH

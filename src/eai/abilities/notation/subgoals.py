@@ -22,10 +22,10 @@ from eai.abilities.answer_text import (
 )
 from eai.abilities.verdict import AnswerSpan, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
-from eai.logic.ltl import map_formula_spellings_to_names
+from eai.logic.ltl import map_formula_safe_names_to_original_names
 from eai.logic.ltl_printer import format_ltl
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.lexicon import FormulaLexicon, make_lexicon_of_declared_names
+from eai.tasks.lexicon import FormulaNameLexicon, make_lexicon_of_declared_names
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -86,7 +86,7 @@ class SubgoalNotation:
         """Return the domain whose actions carry out the subgoals."""
         return self.domain
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names that subgoals about a scene may contain."""
         return make_lexicon_of_declared_names(self.domain, scene)
 
@@ -94,7 +94,7 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_subgoals_in_output_list(text, frozenset(map_formula_spellings_to_names(alone)))
+        return read_subgoals_in_output_list(text, frozenset(map_formula_safe_names_to_original_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
@@ -118,14 +118,14 @@ class SubgoalNotation:
         return tuple(subgoals)
 
     def _write_subgoal_for_action(
-        self, action: Action, before: State, after: State, lexicon: FormulaLexicon
+        self, action: Action, before: State, after: State, lexicon: FormulaNameLexicon
     ) -> Formula | None:
         """Return a subgoal for an action: facts that it changes, or the action itself.
 
         Return None if the notation can express neither.
         """
         about = {*action.arguments} - {before.scene.agent}
-        named = lexicon.has_text_name_for_action(action.operator)
+        named = lexicon.has_name_in_formulas_for_action(action.operator)
         if about or not named:
             changes = compare_states(before, after)
             for facts, is_true_after in ((changes.added, True), (changes.removed, False)):
@@ -141,10 +141,10 @@ class SubgoalNotation:
                 literals = tuple([literal for literal in written if literal is not None])
                 if literals:
                     return literals[0] if len(literals) == 1 else And(literals)
-        return lexicon.write_action(action) if named else None
+        return lexicon.convert_action_to_formula(action) if named else None
 
     def _write_subgoal_for_changed_fact(
-        self, fact: Fact, is_true_after: bool, before: State, after: State, lexicon: FormulaLexicon
+        self, fact: Fact, is_true_after: bool, before: State, after: State, lexicon: FormulaNameLexicon
     ) -> Formula | None:
         """Return the subgoal for a changed fact, or None if no predicate states it.
 
@@ -160,7 +160,7 @@ class SubgoalNotation:
                 self.domain.holds(atom, after) is is_true_after
                 and self.domain.holds(atom, before) is not is_true_after
             ):
-                return lexicon.write_literal(GroundAtom(name, fact.arguments, is_true_after))
+                return lexicon.convert_literal_to_formula(GroundAtom(name, fact.arguments, is_true_after))
         return None
 
     def join(self, answer_parts: Iterable[str]) -> str:

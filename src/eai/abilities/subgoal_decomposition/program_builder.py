@@ -46,7 +46,7 @@ from eai.logic.rewriting import push_negations_inwards, substitute_terms
 from eai.logic.traversal import get_subformulas, is_state_formula, walk_subformulas, wrap_in_quantifiers
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
-from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.lexicon import FormulaNameLexicon
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.fault import FaultKind
@@ -231,7 +231,11 @@ class SubgoalProgramCompiler:
     """
 
     def __init__(
-        self, task: Task, lexicon: FormulaLexicon, refinement: SubgoalRefiner, distinguished: Collection[str]
+        self,
+        task: Task,
+        lexicon: FormulaNameLexicon,
+        refinement: SubgoalRefiner,
+        distinguished: Collection[str],
     ) -> None:
         self.task = task
         self.lexicon = lexicon
@@ -304,7 +308,7 @@ class SubgoalProgramCompiler:
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
-        meaning = self.lexicon.replace_by_domain_names(formula)
+        meaning = self.lexicon.replace_names_in_texts_by_domain_names(formula)
 
         def make_check_for_unmet_subgoal(reason: _UnmetSubgoalReason) -> Check:
             words = f"{format_ltl(formula)} does not hold, and {reason.words}"

@@ -137,7 +137,9 @@ class SubgoalDecompositionScorer(Scorer):
         return (
             None
             if text is None
-            else self.lexicon.replace_by_domain_names(read_formula(text, self.lexicon.signature)[0])
+            else self.lexicon.replace_names_in_texts_by_domain_names(
+                read_formula(text, self.lexicon.signature)[0]
+            )
         )
 
     def _make_goal_progress(self) -> GoalProgress:
@@ -193,7 +195,7 @@ class SubgoalDecompositionScorer(Scorer):
             repairs=rejected.repairs,
             spans=rejected.spans,
             goals_satisfied=reached,
-            partial=self.goals.partial_success_without_execution,
+            partial=self.goals.partial_success_of_unexecuted_answer,
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 
@@ -257,7 +259,9 @@ class SubgoalDecompositionScorer(Scorer):
             if steps and steps[-1].outcome == error.kind.value:
                 why = steps[-1].reason
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
-            named = find_object_names(self.lexicon.replace_by_domain_names(compiled.subgoals[error.step]))
+            named = find_object_names(
+                self.lexicon.replace_names_in_texts_by_domain_names(compiled.subgoals[error.step])
+            )
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:

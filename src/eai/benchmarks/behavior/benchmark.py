@@ -36,9 +36,9 @@ from eai.benchmarks.reference_wheel import find_task_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
 from eai.tasks.prompts.prompt import BelievedTask, GoalSection
-from eai.tasks.source import open_tasks_once_per_store
+from eai.tasks.source import cache_opened_tasks_per_data_folder
 from eai.tasks.task import Task
-from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
+from eai.tasks.wording import ObjectName, PromptAndAnswerWording, get_declared_object_name
 
 _NOTATION = BehaviorGoalNotation()
 
@@ -167,14 +167,14 @@ _HANDS = {"in_right_hand": "holds_rh", "in_left_hand": "holds_lh"}
 NAME = "behavior"
 
 
-def make_wording(ability: Ability) -> SuiteWording:
+def make_wording(ability: Ability) -> PromptAndAnswerWording:
     """Return the words by which prompts of an ability name objects and predicates.
 
     Prompts of subgoal decomposition also state which hand holds an object. Prompts of goal interpretation
     name objects as problem files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
-        return SuiteWording(
+        return PromptAndAnswerWording(
             make_domain_with_checks_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name
         )
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
@@ -182,7 +182,7 @@ def make_wording(ability: Ability) -> SuiteWording:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _get_object_name_in_subgoals
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_sliced_halves, names)
-    return SuiteWording(
+    return PromptAndAnswerWording(
         make_domain_with_checks_in_paper_order(),
         predicates,
         written_as,
@@ -211,10 +211,10 @@ def _get_instance_name(task: Task, index: int) -> str:
     return _NOTATION.list_object_names(task)[index]
 
 
-open_tasks = open_tasks_once_per_store(open_behavior_tasks)
+open_tasks = cache_opened_tasks_per_data_folder(open_behavior_tasks)
 """Returns the 100 tasks of BEHAVIOR."""
 
-open_operators = open_tasks_once_per_store(open_behavior_operator_tasks)
+open_operators = cache_opened_tasks_per_data_folder(open_behavior_operator_tasks)
 """Returns BEHAVIOR's 100 tasks of transition modeling."""
 
 

@@ -23,10 +23,10 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.records import GoalCondition, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AnyOf, Literal
+from eai.logic.choice import AndNode, AndOrTree, AndOrTreeLiteral, Literal, OrNode
 from eai.logic.formula import Atom, Constant, Not
-from eai.logic.signature import Signature
-from eai.tasks.lexicon import FormulaLexicon
+from eai.logic.signature import FormulaSignature
+from eai.tasks.lexicon import FormulaNameLexicon
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
@@ -103,7 +103,9 @@ ACTION_ARITIES: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
+def make_behavior_lexicon(
+    scene: Scene, signature: FormulaSignature, objects: Mapping[str, int]
+) -> FormulaNameLexicon:
     """Return the lexicon of a scene, which maps names in answers to names in the domain.
 
     Args:
@@ -115,7 +117,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
         n: c for n, c in map_predicates_to_categories(scene).items() if scene.vocabulary.find_arity(n) is None
     }
     actions = {name: name.upper() for name in ACTION_ARITIES}
-    return FormulaLexicon(
+    return FormulaNameLexicon(
         scene, signature, objects, DOMAIN_NAMES, actions, categories, UNOBSERVED, ROBOT_NAMES
     )
 
@@ -164,13 +166,13 @@ class BehaviorSubgoalNotation(SubgoalNotation):
     def __init__(self) -> None:
         super().__init__(behavior.make_domain_with_checks_in_paper_order())
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         """Return the lexicon of a scene: the names that prompts use for its states, actions and objects."""
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
         predicates = {**dict.fromkeys(map_predicates_to_categories(scene), 1), **PREDICATE_ARITIES}
-        return make_behavior_lexicon(scene, Signature(predicates, actions, names), objects)
+        return make_behavior_lexicon(scene, FormulaSignature(predicates, actions, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
@@ -255,7 +257,7 @@ class BehaviorGoalNotation(JsonGoalNotation):
             return AndOrTreeLiteral(_to_literal(condition, names))
 
         def make_tree_of_options(options: tuple[GroundOption, ...]) -> AndOrTree:
-            return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
+            return OrNode(tuple([AndNode(tuple(map(make_leaf, option))) for option in options]))
 
         return tuple(
             [

@@ -25,9 +25,9 @@ from eai.benchmarks.behavior_1k.tasks import load_activity_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_answer_format_texts
 from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
-from eai.tasks.source import OpenTasks, Source, TaskSet, open_tasks_once_per_store
+from eai.tasks.source import OpenTasks, Source, TaskSet, cache_opened_tasks_per_data_folder
 from eai.tasks.task import PredicateCategory, Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
@@ -49,17 +49,19 @@ def _load_english() -> EnglishWords:
     return read_english_words("eai.benchmarks.behavior_1k")
 
 
-def _make_prompt_wording(describe_hidden_facts: Callable[[Task], str], ability: Ability) -> SuiteWording:
+def _make_prompt_wording(
+    describe_hidden_facts: Callable[[Task], str], ability: Ability
+) -> PromptAndAnswerWording:
     """Return the names of objects and predicates in the prompts for an ability.
 
     For plans and subgoals, the result also has a function that describes hidden facts, such as recipes.
     """
-    plain = SuiteWording(build_domain(), p.GOAL_PREDICATES, hands=("held",))
+    plain = PromptAndAnswerWording(build_domain(), p.GOAL_PREDICATES, hands=("held",))
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe_hidden_facts, unchanging=_UNCHANGING) if takes_plans else plain
 
 
-@open_tasks_once_per_store
+@cache_opened_tasks_per_data_folder
 def _open_activities(source: Source) -> TaskSet[Task]:
     return open_tasks(_load_english(), source)
 
@@ -69,7 +71,7 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
     return TaskSet(load_activity_subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
-@open_tasks_once_per_store
+@cache_opened_tasks_per_data_folder
 def _open_operator_tasks(source: Source) -> TaskSet[TransitionTask]:
     return _make_operator_tasks(_open_activities(source))
 
@@ -154,7 +156,7 @@ def open_benchmark_of_checkout(folder: str) -> Benchmark:
     """
     definitions = read_activity_definitions(Path(folder))
 
-    @open_tasks_once_per_store
+    @cache_opened_tasks_per_data_folder
     def open_tasks_defined_in_checkout(source: Source) -> TaskSet[Task]:
         return open_tasks(_load_english(), source, definitions)
 
@@ -178,7 +180,7 @@ def behavior_1k_challenge_2025() -> Benchmark:
     return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
 
 
-@open_tasks_once_per_store
+@cache_opened_tasks_per_data_folder
 def _open_challenge_2026(source: Source) -> TaskSet[Task]:
     return open_tasks(_load_english(), source, *load_activities_of_challenge_2026(source))
 

@@ -165,7 +165,7 @@ def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) ->
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
     # a literal may be an unlikely goal although its negation is a likely goal
-    is_odd = benchmark.notation.english.is_unlikely_request
+    is_odd = benchmark.notation.english.is_goal_nobody_would_request
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_combined_goals_about_same_object(tasks)

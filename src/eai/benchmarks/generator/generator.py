@@ -217,7 +217,7 @@ class _TaskRejectionReasonFinder:
         named = (name for goal in goals for name in find_object_names(goal))
         if self._by_place and not all(map(words.can_object_be_described_without_name, named)):
             return SeedRejectionReason.NAMELESS
-        has_hazards = len(task.goals_without_hazards) < len(
+        has_hazards = len(task.goals_not_about_hazards) < len(
             goals
         )  # sentences about hazards cannot be read back into goals
         says = words.does_instruction_state_exactly_goals(task.instruction, goals) or has_hazards

@@ -43,7 +43,7 @@ from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.tasks.task import Goal, Task, goal
-from eai.tasks.wording import is_property
+from eai.tasks.wording import is_unchanging_object_property
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.state import Fact, State
@@ -164,7 +164,9 @@ def _find_removable_facts(
 
     If `removable_properties` is empty, all properties are removable.
     """
-    predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
+    predicates = {
+        p.name for p in domain.vocabulary.predicates if p.visible and is_unchanging_object_property(p)
+    }
     for fact in task.initial.facts():
         if fact.predicate in predicates and (
             not removable_properties or fact.predicate in removable_properties

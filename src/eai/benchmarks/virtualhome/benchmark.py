@@ -39,12 +39,12 @@ from eai.logic.formula import Atom, Formula
 from eai.tasks.english import read_english_words
 from eai.tasks.goal_test import list_actions_that_meet_goal
 from eai.tasks.prompts.prompt import BelievedTask, GoalSection
-from eai.tasks.source import Source, TaskSet, open_tasks_once_per_store
+from eai.tasks.source import Source, TaskSet, cache_opened_tasks_per_data_folder
 from eai.tasks.task import GoalKind, Task
 from eai.world.relation import iterate_bits
 
 if TYPE_CHECKING:
-    from eai.tasks.wording import SuiteWording
+    from eai.tasks.wording import PromptAndAnswerWording
 
 _LINE = "-----------------"
 _ACTIONS_HEADING = (
@@ -233,19 +233,19 @@ def _find_rooms_and_objects_of_plan(task: Task) -> Iterator[int]:
             yield from action.arguments
 
 
-def make_wording(ability: Ability) -> SuiteWording:
+def make_wording(ability: Ability) -> PromptAndAnswerWording:
     """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts of goal interpretation use classes of objects, and relations as in scene graphs.
     """
-    from eai.tasks.wording import SuiteWording
+    from eai.tasks.wording import PromptAndAnswerWording
 
-    predicates = SuiteWording.from_domain(make_domain_with_checks_in_paper_order()).predicates
+    predicates = PromptAndAnswerWording.from_domain(make_domain_with_checks_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return SuiteWording(
+        return PromptAndAnswerWording(
             make_domain_with_checks_in_paper_order(), predicates, surroundings=_find_rooms_and_objects_of_plan
         )
-    return SuiteWording(
+    return PromptAndAnswerWording(
         make_domain_with_checks_in_paper_order(),
         predicates,
         _RELATIONS,
@@ -253,10 +253,10 @@ def make_wording(ability: Ability) -> SuiteWording:
     )
 
 
-open_tasks = open_tasks_once_per_store(open_virtualhome_tasks)
+open_tasks = cache_opened_tasks_per_data_folder(open_virtualhome_tasks)
 """Returns the 342 tasks of VirtualHome."""
 
-open_operators = open_tasks_once_per_store(open_virtualhome_transition_tasks)
+open_operators = cache_opened_tasks_per_data_folder(open_virtualhome_transition_tasks)
 """Returns VirtualHome's 296 tasks of transition modeling."""
 
 

@@ -24,8 +24,8 @@ from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, re
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
-from eai.logic.signature import Signature
-from eai.tasks.lexicon import FormulaLexicon, collect_names_of_objects_and_classes
+from eai.logic.signature import FormulaSignature
+from eai.tasks.lexicon import FormulaNameLexicon, collect_names_of_objects_and_classes
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
@@ -211,10 +211,12 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.make_domain_with_switch_hands_action()
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names in formulas about a scene: objects as the data set names them, or by class."""
         names = collect_names_of_objects_and_classes(scene.index, scene)
-        return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
+        return FormulaNameLexicon(
+            scene, FormulaSignature(self._predicates, self._actions, names), scene.index
+        )
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read.

@@ -27,13 +27,13 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import OBFUSCATED, WITH_RULES
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.english import PLAIN_ENGLISH, EnglishWords, make_predicate_sentences
-from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.lexicon import FormulaNameLexicon
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.short import RULES
 from eai.tasks.rules import DomainRules, explain_rule_notation
 from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording, is_property
+from eai.tasks.wording import PromptAndAnswerWording, is_unchanging_object_property
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import When
@@ -113,7 +113,7 @@ def _map_categories_to_names_without_number(tasks: Iterable[Task]) -> Mapping[st
 
 
 @dataclass(frozen=True)
-class _ObfuscatedWording(SuiteWording):
+class _ObfuscatedWording(PromptAndAnswerWording):
     """A wording of prompts with swapped names, which states every requirement and effect of the actions.
 
     Attributes:
@@ -133,7 +133,7 @@ class _ObfuscatedWording(SuiteWording):
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [
-            predicate if is_property(predicate) else replace(predicate, visible=True)
+            predicate if is_unchanging_object_property(predicate) else replace(predicate, visible=True)
             for predicate in predicates
         ]
         operators = tuple(map(_convert_alternatives_to_conditional_effects, self.domain.operators))
@@ -183,7 +183,9 @@ class _ObfuscatedWording(SuiteWording):
         )
 
     def describe_object(self, task: Task, index: int) -> str:
-        properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
+        properties = [
+            p for p in self.domain.vocabulary.predicates if is_unchanging_object_property(p) and not p.visible
+        ]
         hidden = [p.name for p in properties if p.name in self._predicates_of_rules]
         having = [_replace_words(self.words, name) for name in hidden if task.initial.has(name, index)]
         head, _, known = _replace_words(self.words, super().describe_object(task, index)).rpartition(": ")
@@ -196,7 +198,7 @@ class _ObfuscatedWording(SuiteWording):
         them as English sentences instead.
         """
         named = self._predicates_of_rules.intersection(self.unchanging)
-        properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
+        properties = {p.name for p in self.domain.vocabulary.predicates if is_unchanging_object_property(p)}
         listed, lines = {*self.list_prompt_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
             if predicate in named and not (predicate in properties and arguments[0] in listed):
@@ -271,7 +273,7 @@ class _SubgoalNotationWithSwappedNames(SubgoalNotation):
     def get_domain_that_executes_subgoals(self) -> Domain:
         return self._plain.get_domain_that_executes_subgoals()
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         return self._plain.make_formula_lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
@@ -304,7 +306,7 @@ def open_with_rules(benchmark_name: str) -> Benchmark:
 def _make_benchmark_with_rules_in_prompts(
     benchmark: Benchmark, word_cipher: Mapping[str, str], suffix: str
 ) -> Benchmark:
-    def make_wording_with_stated_rules(ability: Ability) -> SuiteWording:
+    def make_wording_with_stated_rules(ability: Ability) -> PromptAndAnswerWording:
         plain = benchmark.wording(ability)
         twin = _ObfuscatedWording(
             plain.domain,

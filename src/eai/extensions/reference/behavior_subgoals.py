@@ -44,10 +44,10 @@ from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
 from eai.extensions.reference.subgoals import EaiEvalSubgoalScorer
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.signature import Signature, describe_wrong_arity
+from eai.logic.signature import FormulaSignature, describe_wrong_arity
 from eai.logic.traversal import walk_subformulas
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.lexicon import FormulaLexicon
+from eai.tasks.lexicon import FormulaNameLexicon
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
@@ -187,7 +187,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     `reject_wrong_argument_counts_and_names` checks these numbers later.
     """
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
+    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names of predicates, actions and objects that formulas of subgoals may use.
 
         The names are those in the data set. Parts of objects have no names there.
@@ -195,7 +195,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
         predicates = dict.fromkeys((*map_predicates_to_categories(scene), *PREDICATE_ARITIES))
         return make_behavior_lexicon(
             scene,
-            Signature(predicates, dict.fromkeys(ACTION_ARITIES), None),
+            FormulaSignature(predicates, dict.fromkeys(ACTION_ARITIES), None),
             map_object_names_of_paper_to_indices(scene),
         )
 

@@ -35,7 +35,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, S
 from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
-from eai.logic.signature import Signature
+from eai.logic.signature import FormulaSignature
 from eai.logic.traversal import find_temporal_subformula_ids, get_subformulas
 from eai.world.action import Fault
 from eai.world.fault import FaultKind
@@ -176,7 +176,9 @@ def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]
     return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))
 
 
-def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
+def parse_subgoals_as_one_text(
+    subgoals: Sequence[str], signature: FormulaSignature
+) -> f.Formula | RejectedAnswer:
     """Parse the subgoals of an answer as one text.
 
     The package eai-eval rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
@@ -199,7 +201,7 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
     return reject_misused_names([*zip(numbers, misuses, strict=True)], ())
 
 
-def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
+def _has_partly_temporal_conjunction(formula: f.Formula, signature: FormulaSignature) -> bool:
     """Whether the first error in a formula's text is an ``and`` with ``then`` in only some of its operands.
 
     The result is False if an atom with an unknown predicate comes first. The subformula that ends first in

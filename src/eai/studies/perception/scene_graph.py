@@ -13,7 +13,7 @@ from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_st
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import find_holding_and_location_predicates
 from eai.tasks.task import Task
-from eai.tasks.wording import SuiteWording, list_objects_in_prompt
+from eai.tasks.wording import PromptAndAnswerWording, list_objects_in_prompt
 from eai.world.derived import find_definition
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -163,7 +163,7 @@ class SceneGraphVocabulary:
             States contain the facts of stored predicates; the facts of other predicates are derived.
     """
 
-    def __init__(self, wording: SuiteWording) -> None:
+    def __init__(self, wording: PromptAndAnswerWording) -> None:
         vocabulary = wording.domain.vocabulary
         self.wording = wording
         forms = {

@@ -22,8 +22,8 @@ from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.prompt import BelievedTask, Prompt, make_compact_prompt_mapping
 from eai.tasks.prompts.short import (
     RULES,
-    explain_symbols_of_short_lists,
-    shorten_object_list,
+    explain_symbols_in_short_fact_list,
+    merge_lines_of_similar_objects,
     shorten_predicate_list,
     shorten_rules,
     shorten_state,
@@ -31,7 +31,7 @@ from eai.tasks.prompts.short import (
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import SuiteWording
+from eai.tasks.wording import PromptAndAnswerWording
 from eai.world.vocabulary import make_parameter_names
 
 MAX_SHOWN_TYPES = 300
@@ -78,7 +78,7 @@ class PromptTemplateValues:
     """
 
     template: str
-    wording: SuiteWording
+    wording: PromptAndAnswerWording
     role: str
     tasks: Mapping[str, Task]
     answer_format: str
@@ -87,17 +87,17 @@ class PromptTemplateValues:
     examples: Mapping[str, Task] | None = None
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
-    def find_example(self, title: str) -> Task | None:
+    def find_example_with_other_title(self, excluded_title: str) -> Task | None:
         """Return the first example whose title differs from the given title, or None.
 
         Similar tasks share a title.
         """
         examples = self.tasks if self.examples is None else self.examples
-        return next((task for task in examples.values() if task.title != title), None)
+        return next((task for task in examples.values() if task.title != excluded_title), None)
 
 
 def make_domain_texts_by_placeholder(
-    wording: SuiteWording, benchmark_short_texts: Mapping[str, str]
+    wording: PromptAndAnswerWording, benchmark_short_texts: Mapping[str, str]
 ) -> Mapping[str, str]:
     """Return a mapping from placeholders of templates to texts on the predicates and actions of a domain.
 
@@ -128,11 +128,11 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         "short_format": material.short_texts.get(name, material.answer_format),
     }
     tells_goals = "$explained" in templates.read(f"{name}.txt")
-    find_example = cache(material.find_example)
+    find_example_with_other_title = cache(material.find_example_with_other_title)
 
     @cache
-    def render_example_of_other_title(title: str) -> str:
-        if (other := find_example(title)) is None:
+    def render_example_with_other_title(excluded_title: str) -> str:
+        if (other := find_example_with_other_title(excluded_title)) is None:
             return ""
         question = _render_question(name, wording, BelievedTask(other), templates)
         return templates.fill_template(
@@ -140,13 +140,16 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         )
 
     def render_prompt(task_id: str, task: Task) -> Prompt:
-        belief, other = material.beliefs.get(task_id) or BelievedTask(task), find_example(task.title)
+        belief, other = (
+            material.beliefs.get(task_id) or BelievedTask(task),
+            find_example_with_other_title(task.title),
+        )
         about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
-            "example": render_example_of_other_title(task.title),
+            "example": render_example_with_other_title(task.title),
             "task": _render_question(name, wording, belief, templates),
         }
         return Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
@@ -164,14 +167,14 @@ def render_task_prompt(
     The task of `belief` has these goals and this scene. `material.beliefs` is ignored.
     """
     task = belief.task
-    other = material.find_example(task.title)
+    other = material.find_example_with_other_title(task.title)
     examples = {} if other is None else {other.id: other}
     single = replace(material, tasks={task.id: task}, beliefs={task.id: belief}, examples=examples)
     return render_prompts(single, templates)[task.id]
 
 
 def _render_question(
-    name: str, wording: SuiteWording, belief: BelievedTask, templates: PromptTemplates
+    name: str, wording: PromptAndAnswerWording, belief: BelievedTask, templates: PromptTemplates
 ) -> str:
     task = belief.task
     objects, initial = wording.describe_objects(task), write_initial_state(wording, belief)
@@ -184,16 +187,16 @@ def _render_question(
         "instruction": task.instruction,
         "instructed": wording.write_instruction_line(task),
         "objects": objects,
-        "short_objects": lambda: shorten_object_list(objects),
+        "short_objects": lambda: merge_lines_of_similar_objects(objects),
         "initial": initial,
         "short_initial": write_short_initial_state,
-        "lists": lambda: explain_symbols_of_short_lists(write_short_initial_state()),
+        "lists": lambda: explain_symbols_in_short_fact_list(write_short_initial_state()),
         "goals": _write_goals(wording, belief, templates),
     }
     return templates.fill_template(f"{name}_task.txt", values)
 
 
-def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptTemplates) -> str:
+def _write_goals(wording: PromptAndAnswerWording, belief: BelievedTask, templates: PromptTemplates) -> str:
     """Return the text of the goals that a question states, followed by its subgoals, if any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
@@ -203,7 +206,7 @@ def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptT
     )
 
 
-def write_initial_state(wording: SuiteWording, belief: BelievedTask) -> str:
+def write_initial_state(wording: PromptAndAnswerWording, belief: BelievedTask) -> str:
     """Return a text on the initial state of a task: the true state, or the state that a model perceived."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial_state(belief.task))
 
@@ -232,7 +235,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
     ]
 
 
-def make_format_samples_by_placeholder(wording: SuiteWording) -> Mapping[str, str]:
+def make_answer_format_samples_by_placeholder(wording: PromptAndAnswerWording) -> Mapping[str, str]:
     """Return a mapping from placeholders to samples for the explanation of the answer's format.
 
     The samples are predicates and actions of the domain with their parameters.
@@ -350,11 +353,11 @@ def _render_operator_question(
     if names is not None:
         facts = [fact for fact in task.problem.initial if fact.predicate in names]
         problem = write_problem(replace(task.problem, initial=tuple(facts))).strip()
-    write_short_problem = partial(_shorten_problem, task, operators)
+    write_short_problem = partial(_write_problem_as_short_lists, task, operators)
     values: dict[str, Text] = {
         "problem": problem,
         "short_problem": write_short_problem,
-        "lists": lambda: explain_symbols_of_short_lists(write_short_problem()),
+        "lists": lambda: explain_symbols_in_short_fact_list(write_short_problem()),
         "heads": heads,
         "short_heads": "\n".join(
             [
@@ -370,7 +373,7 @@ def _write_parameters_on_one_line(task: TransitionTask, operator: str) -> str:
     return " ".join(task.domain.operators[operator].parameters.split())
 
 
-def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
+def _write_problem_as_short_lists(task: TransitionTask, operators: Sequence[str]) -> str:
     """Return the objects, facts and goal of a problem as short lists."""
     problem, names = task.problem, _find_names_to_print_in_prompt(task, task, operators)
     objects = "\n".join([f"{item.name} [{item.type}]: -" for item in problem.objects])
@@ -381,7 +384,10 @@ def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
     )
     state = "\n".join([fact for facts in by_predicate.values() for fact in facts])
     denied = [f"not {write_atom(atom)}" for atom in problem.denied]
-    lists = [shorten_object_list(objects).replace(f" [{OBJECT}]", ""), shorten_state(state, objects)]
+    lists = [
+        merge_lines_of_similar_objects(objects).replace(f" [{OBJECT}]", ""),
+        shorten_state(state, objects),
+    ]
     return "\n".join([*filter(None, lists), *denied, f"(:goal {write_formula(problem.goal)})"])
 
 

@@ -180,15 +180,15 @@ class PromptFiles:
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
         return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
-    def correct_questions(self, correct_question: Callable[[str, str], str]) -> PromptFiles:
+    def rewrite_questions(self, rewrite_question: Callable[[str, str], str]) -> PromptFiles:
         """Return the files with corrected questions.
 
         Args:
-            correct_question: returns the corrected question, given a prompt's identifier and its question.
+            rewrite_question: returns the corrected question, given a prompt's identifier and its question.
         """
         rows = json.loads(self.prompts)
         for row in rows:
-            row["llm_prompt"] = correct_question(row["identifier"], row["llm_prompt"])
+            row["llm_prompt"] = rewrite_question(row["identifier"], row["llm_prompt"])
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
     def read_prompts(self, find_task_id: Callable[[str], str | None]) -> dict[str, Prompt]:

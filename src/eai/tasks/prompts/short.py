@@ -18,7 +18,7 @@ from itertools import groupby, takewhile
 
 from eai.base.grouping import group_pairs
 from eai.tasks.rules import explain_rule_notation
-from eai.tasks.short_lists import shorten_facts
+from eai.tasks.short_lists import write_similar_facts_on_one_line
 from eai.world.state import Fact
 
 RULES = "rules"
@@ -61,12 +61,12 @@ _LIST_SIGNS = (
 """Pairs of a sign in short lists of facts, such as ``(*)``, and a text that explains the sign."""
 
 
-def explain_symbols_of_short_lists(state: str) -> str:
+def explain_symbols_in_short_fact_list(fact_list: str) -> str:
     """Return explanations of the signs (such as ``*``) that occur in a short list of facts, as one text.
 
     A space precedes each explanation.
     """
-    return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in state])
+    return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in fact_list])
 
 
 def shorten_predicate_list(text: str) -> str:
@@ -79,16 +79,18 @@ def shorten_predicate_list(text: str) -> str:
     return "\n".join([f"{parameters}: {', '.join(alike)}" for parameters, alike in names.items()])
 
 
-def shorten_object_list(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
+def merge_lines_of_similar_objects(
+    object_lines: str, join_names: Callable[[list[str]], str] = ", ".join
+) -> str:
     """Return a list of objects in short form: one line for all objects with equal kinds and properties.
 
     Args:
-        text: the list, with one object a line.
-        join: returns some names as one text.
+        object_lines: the list, with one object a line.
+        join_names: returns some names as one text.
     """
     groups: dict[str, list[str]] = {}
     others = []
-    for line in text.splitlines():
+    for line in object_lines.splitlines():
         described = _OBJECT.fullmatch(line)
         if described is None:
             others.append(line)
@@ -96,7 +98,7 @@ def shorten_object_list(text: str, join: Callable[[list[str]], str] = ", ".join)
         name, kind, properties = described.groups()
         shown = "" if _NUMBER.sub("", name) == kind else f" [{kind}]"
         groups.setdefault(shown + ("" if properties == "-" else f": {properties}"), []).append(name)
-    return "\n".join([*[f"{join(names)}{about}" for about, names in groups.items()], *others])
+    return "\n".join([*[f"{join_names(names)}{about}" for about, names in groups.items()], *others])
 
 
 def shorten_state(text: str, objects: str) -> str:
@@ -109,20 +111,22 @@ def shorten_state(text: str, objects: str) -> str:
     """
     listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]
     lines: list[str] = []
-    for predicate, run in groupby(text.splitlines(), _find_predicate):
+    for predicate, run in groupby(text.splitlines(), _find_predicate_of_fact_line):
         facts = list(run)
-        lines += facts if predicate is None else _shorten_facts(predicate, facts, listed)
+        lines += facts if predicate is None else _merge_fact_lines_of_predicate(predicate, facts, listed)
     return "\n".join(lines)
 
 
-def _find_predicate(line: str) -> str | None:
+def _find_predicate_of_fact_line(line: str) -> str | None:
     fact = _FACT.fullmatch(line)
     return None if fact is None else fact[1]
 
 
-def _shorten_facts(predicate: str, lines: Sequence[str], listed_objects: Sequence[str]) -> Iterator[str]:
+def _merge_fact_lines_of_predicate(
+    predicate: str, fact_lines: Sequence[str], listed_objects: Sequence[str]
+) -> Iterator[str]:
     """Yield lines that state the facts of one predicate as short lists."""
-    rows = dict.fromkeys([tuple(line[len(predicate) + 1 : -1].split(", ")) for line in lines])
+    rows = dict.fromkeys([tuple(line[len(predicate) + 1 : -1].split(", ")) for line in fact_lines])
     others = [name for name in listed_objects if (name,) not in rows]
     is_about_listed = rows.keys() <= {(name,) for name in listed_objects}
     if is_about_listed and len(rows) >= _MIN_HOLDERS and 2 * len(others) < len(rows):
@@ -138,7 +142,9 @@ def _shorten_facts(predicate: str, lines: Sequence[str], listed_objects: Sequenc
             for row in kept
             if (row in mutual) is bool(sign)
         ]
-        for line in shorten_facts(facts, names, lambda name, words: f"{name}({', '.join(words)})"):
+        for line in write_similar_facts_on_one_line(
+            facts, names, lambda name, words: f"{name}({', '.join(words)})"
+        ):
             head, end, tail = line.partition(")")
             yield f"{head}{end}{sign}{tail}"
 
@@ -154,23 +160,23 @@ def shorten_rules(text: str) -> str:
     lines = [(len(line) - len(line.lstrip()), line.strip()) for line in rules.splitlines()]
     starts = [number for number, (depth, _) in enumerate(lines) if depth == 0]
     blocks = [lines[start:end] for start, end in zip(starts, [*starts[1:], len(lines)], strict=True)]
-    short = "\n".join(map(_shorten_action_rule, blocks))
+    short = "\n".join(map(_write_action_rule_on_one_line, blocks))
     notes = " ".join([words for sign, words in _SIGNS if sign in short])
     return f"{notes}\n{short}" if notes and explanation != text else short
 
 
-def _shorten_action_rule(block: Sequence[tuple[int, str]]) -> str:
+def _write_action_rule_on_one_line(indented_lines: Sequence[tuple[int, str]]) -> str:
     """Return the rule of one action as one line.
 
     The rule is given as pairs of a line's indent and its text.
     """
-    title = block[0][1]
-    if len(block) == 1:
+    title = indented_lines[0][1]
+    if len(indented_lines) == 1:
         return title
     head, _, description = title.partition(": ")
     conditions: list[str] = []
     needed, changes = "", []
-    for depth, line in block[1:]:
+    for depth, line in indented_lines[1:]:
         word, _, listed = line.partition(": ")
         if word == "requires":
             conditions = listed.split("; ")
