@@ -78,7 +78,8 @@ def make_step_distance_labeler(repairer: PlanRepairer, max_tried_steps: int) -> 
 
     Args:
         repairer: the repairer of plans for the task.
-        max_tried_steps: the approximate limit of the effort for each state, as in `FewestEditsPlanRepairer.repair`.
+        max_tried_steps: the approximate limit of the effort for each state, as in
+            `FewestEditsPlanRepairer.repair`.
     """
     return _StepDistanceMeasurer(repairer, max_tried_steps).measure_distances_to_goal
 

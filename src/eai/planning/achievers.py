@@ -323,8 +323,8 @@ class AchieversByPredicate:
         """Return the effects (`Achiever`) that make atoms of a predicate true, or false, simplest first.
 
         Effects are sorted by the number of variables outside the atom, then by the number of conditions. With
-        ``with_subgoals_outside_atom``, a condition on operator parameters outside the atom becomes a subgoal if
-        it fails. Then only effects with such a condition are returned.
+        ``with_subgoals_outside_atom``, a condition on operator parameters outside the atom becomes a subgoal
+        if it fails. Then only effects with such a condition are returned.
         """
         return self._compiled(predicate, adding, with_subgoals_outside_atom)
 
@@ -391,8 +391,8 @@ def _find_conditions_that_become_subgoals(
 ) -> list[f.Formula]:
     """Return the conditions of an effect that become subgoals if they do not hold.
 
-    These are the conditions whose variables are all in the effect's atom. With ``with_subgoals_outside_atom``,
-    they also include conditions on the operator's other parameters.
+    These are the conditions whose variables are all in the effect's atom. With
+    ``with_subgoals_outside_atom``, they also include conditions on the operator's other parameters.
     """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
@@ -672,7 +672,7 @@ class _AtomAchieverFinder:
                 tests.pop(action, None)
 
     def can_be_used_in_state(self, state: State, usable_objects_mask: int) -> bool:
-        """Whether this finder may be used for a state if actions may use the objects in ``usable_objects_mask``."""
+        """Whether this finder may be used for a state if actions may use the objects of a mask."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_objects_mask

@@ -251,14 +251,15 @@ class CostEstimates:
         heuristic: the heuristic of the domain.
         state: the state.
         objects: the objects that actions may use.
-        protected_subgoals: closed conditions that should stay true. Each such condition that an action makes false
-            raises the cost of the action by one.
+        protected_subgoals: closed conditions that should stay true. Each such condition that an action makes
+            false raises the cost of the action by one.
         looks: counter of actions tested for estimates; if its limit is exceeded, estimates are invalid.
         bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
             are invalid.
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
             the conditions of an action read has changed.
-        forbid_undoing_protected: whether actions that make a condition in ``protected_subgoals`` false are left out.
+        forbid_undoing_protected: whether actions that make a condition in ``protected_subgoals`` false are
+            left out.
         excluded: further actions that are left out.
 
     Attributes:

@@ -160,7 +160,9 @@ def _add_condition_to_schema(outer: EffectSchema, condition: f.Formula) -> Effec
 def _specialize_check_to_one_object(
     check: f.Formula, object_variable: f.Variable, object_condition: f.Formula
 ) -> f.Formula:
-    """Turn a check about all objects that meet ``object_condition`` into a check about one object, ``object_variable``.
+    """Turn a check about all objects that meet ``object_condition`` into a check about one such object.
+
+    The object is the value of ``object_variable``.
 
     For example, the operator puts an object into the hand. The check "the object in the hand is not too big"
     becomes "this object is not too big".
@@ -273,7 +275,7 @@ def _replace_changes_of_derived_predicates(
 def _find_atom_changes_towards_truth(
     formula: f.Formula, scope: Mapping[str, int | None], wanted_truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield each atom of a formula with the truth value that helps the formula to get the value ``wanted_truth``."""
+    """Yield each atom of a formula with the truth value that helps the formula to get ``wanted_truth``."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]

@@ -72,8 +72,8 @@ class GreedySearch:
     ) -> CostEstimates:
         """Return cost estimates from a node's state.
 
-        Actions that make a condition in ``protected_subgoals`` false cost more. If ``forbid_undoing_protected`` is true, they
-        are left out. Actions in ``excluded`` are always left out.
+        Actions that make a condition in ``protected_subgoals`` false cost more. If
+        ``forbid_undoing_protected`` is true, they are left out. Actions in ``excluded`` are always left out.
         """
         objects = self.successors.objects
         self._last = CostEstimates(

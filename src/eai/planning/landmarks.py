@@ -339,8 +339,8 @@ class _RelaxationGraph:
     ) -> int:
         """Return the number of the node of a conjunction or disjunction, given the nodes of its parts.
 
-        ``needed_part_count`` is the number of parts that must hold: 1 in a disjunction, all in a conjunction. If
-        there is only one part, its node is returned.
+        ``needed_part_count`` is the number of parts that must hold: 1 in a disjunction, all in a conjunction.
+        If there is only one part, its node is returned.
         """
         if len(part_nodes) < 2:
             return part_nodes[0] if part_nodes else node_if_no_parts

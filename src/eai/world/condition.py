@@ -317,7 +317,7 @@ class ConditionCompiler:
         return _compile_filter_by_stored_predicate(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived_predicate(self, predicate: str) -> DerivedPredicate | None:
-        """Return a derived predicate in its fastest form (`replace_formula_by_faster_function`); None for a stored predicate."""
+        """Return a derived predicate in its fastest form; None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
         return None if derived is None else replace_formula_by_faster_function(derived)
 

@@ -297,9 +297,9 @@ class TaskGenerator:
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
         """Yield the weight of each published task, for drawing the base task of a new task.
 
-        If no category is countable (`UsualGoalsOfDataSet.countable_categories`), all weights are 1. Otherwise,
-        tasks with the same title share one weight, so that titles with many tasks are not drawn more often.
-        Some tasks weigh more (`_OFFER_WEIGHT`).
+        If no category is countable (`UsualGoalsOfDataSet.countable_categories`), all weights are 1.
+        Otherwise, tasks with the same title share one weight, so that titles with many tasks are not drawn
+        more often. Some tasks weigh more (`_OFFER_WEIGHT`).
         """
         several = self.usual_goals.countable_categories & self.usual_goals.taken_categories
         numbers = Counter([task.title for task in self._bases])

@@ -204,9 +204,9 @@ class GoalSampler:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
         The category is the first category of the pattern, a literal with categories in place of objects. A
-        second argument of the literal is one random object of the second category. With ``may_quantify_second``,
-        a variable may replace it: the literal then holds if it holds for any object of the second category.
-        Return None if a goal cannot quantify over the first category.
+        second argument of the literal is one random object of the second category. With
+        ``may_quantify_second``, a variable may replace it: the literal then holds if it holds for any object
+        of the second category. Return None if a goal cannot quantify over the first category.
         """
         if not pattern.categories:
             return None

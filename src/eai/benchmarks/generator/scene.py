@@ -256,7 +256,7 @@ def add_similar_portable_objects(
 def add_copy_of_object(
     state: State, usual_goals: UsualGoalsOfDataSet, original_object: int, object_with_wanted_place: int
 ) -> State:
-    """Return the state with a copy of the object `original_object`, in the place of `object_with_wanted_place`.
+    """Return the state with a copy of `original_object`, in the place of `object_with_wanted_place`.
 
     The copy has the states and static relations of the original, such as its size.
     """
@@ -317,8 +317,8 @@ _MAX_SIMILAR_OBJECTS = 5
 _DRAWS_PER_GUEST = 30
 """Maximum number of random draws from the objects of other tasks, for each object that a scene may still get.
 
-Most drawn objects do not fit. Either no usual goal (`UsualGoalsOfDataSet`) relates them to an object of the scene,
-or no object of the scene has a place like theirs, such as on a table.
+Most drawn objects do not fit. Either no usual goal (`UsualGoalsOfDataSet`) relates them to an object of the
+scene, or no object of the scene has a place like theirs, such as on a table.
 """
 
 

@@ -32,7 +32,8 @@ def open_generator(
     Args:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        earlier_split_files: task files of the splits, such as the training set, that precede the tasks' split.
+        earlier_split_files: task files of the splits, such as the training set, that precede the tasks'
+            split.
         later_split_files: task files of the splits that follow the tasks' split.
 
     Raises:

@@ -67,8 +67,8 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_minus_possible: numbers of impossible minus possible tasks in the pairs of earlier seeds.
-                The pair of this seed is added to these numbers.
+            impossible_minus_possible: numbers of impossible minus possible tasks in the pairs of earlier
+                seeds. The pair of this seed is added to these numbers.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY

@@ -187,8 +187,8 @@ class UsualGoalsOfTaskTitle:
         categories: categories of objects that some of these tasks need for a goal or plan, or that most of
             these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
-        patterns: the part of `UsualGoalsOfDataSet.patterns` whose patterns have only these categories. Literals
-            that an instruction would hardly request are left out.
+        patterns: the part of `UsualGoalsOfDataSet.patterns` whose patterns have only these categories.
+            Literals that an instruction would hardly request are left out.
     """
 
     categories: frozenset[str]

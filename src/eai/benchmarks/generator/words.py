@@ -54,8 +54,8 @@ class InstructionWriter:
     ) -> InstructionWriter:
         """Return a writer of instructions for tasks in a benchmark's scene.
 
-        If `distinguishes_objects_by_place` is true, instructions distinguish objects of one category by place or
-        state, not by name.
+        If `distinguishes_objects_by_place` is true, instructions distinguish objects of one category by place
+        or state, not by name.
         """
         arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)

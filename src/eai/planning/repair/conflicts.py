@@ -130,7 +130,8 @@ class PlanStateCache:
 
         Args:
             plan: the plan.
-            earlier_path: a path that agrees with the plan's path up to the moment before ``first_entry_to_execute``.
+            earlier_path: a path that agrees with the plan's path up to the moment before
+                ``first_entry_to_execute``.
             first_entry_to_execute: the index of the first step to execute.
         """
         moments = [*earlier_path[: first_entry_to_execute + 1]]

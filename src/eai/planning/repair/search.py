@@ -424,7 +424,8 @@ class _PlanRepairNode(NamedTuple):
         failures: number of failed steps and missed goals. Before the plan is executed, this is the number
             before its last edit.
         cost: the numbers of edits of the plan, by kind of edit.
-        missed_cuts_mask: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
+        missed_cuts_mask: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit
+            mask.
         known_cuts: number of landmarks known when ``missed_cuts_mask`` was computed.
         missing_steps: minimum number of missing steps that the landmarks prove.
         min_edits: another minimum number of edits, from the plan's first failure or from postponed edits.
@@ -478,7 +479,8 @@ class _RepairSearch:
 
         Args:
             limit: maximum effort of all calls together.
-            edits_of_known_repair: number of edits of a known repair; only repairs with fewer edits are searched.
+            edits_of_known_repair: number of edits of a known repair; only repairs with fewer edits are
+                searched.
         """
         self.effort.limit = limit
         while self.min_edits < edits_of_known_repair and (node := self._waiting.pop()) is not None:

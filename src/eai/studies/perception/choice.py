@@ -141,7 +141,7 @@ class ScenePresentationOptions(VariationOptions):
         return f"scene: {self.label_of_chosen_options}"
 
     def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
-        """Return None. Records get these options with the scenes (`GoalsAndScenesStatedInPrompts.experiment`)."""
+        """Return None. Records get these options with the scenes (`GoalsAndScenesStatedInPrompts`)."""
         return None
 
     @property

@@ -60,7 +60,7 @@ class _PipelineOptions(VariationOptions):
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_study_settings_to_store_in_records(self, study_name: str) -> StudySettings | None:
-        """Return None. Records get these options with the goals (`GoalsAndScenesStatedInPrompts.experiment`)."""
+        """Return None. Records get these options with the goals (`GoalsAndScenesStatedInPrompts`)."""
         return None
 
     @property
