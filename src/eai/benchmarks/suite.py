@@ -219,7 +219,7 @@ def _open_suite_once(pickled_opener: bytes) -> Suite:
 
 
 def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: str) -> Ability | None:
-    """Return another ability of the paper whose form of answers a text has, or None.
+    """Return the other ability of the paper for which a text has the form of an answer, or None.
 
     Args:
         benchmark: the benchmark, which has the notations of answers.

@@ -116,9 +116,9 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # Why no cell of weight 0 is taken: suppose that a step adds weight, and the enlarged matching has such a
-    # cell. Without this cell, it is as large as the matching before the step, but heavier. This cannot be,
-    # because the matching before the step was the heaviest matching of its size.
+    # No step that adds weight takes a cell of weight 0. Suppose that the enlarged matching had such a cell.
+    # Without the cell, it would be heavier than the matching before the step, and as large.
+    # But the matching before the step was the heaviest matching of its size.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())

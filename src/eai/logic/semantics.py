@@ -160,8 +160,8 @@ class _TraceEvaluator:
                 if ends
                 else 0
             )
-        # Segments of one state are enough if the formula stays true on shortened segments, and every position
-        # up to the last end is an end: a longer segment satisfies the formula only if its first state does.
+        # If shortened segments keep a formula true, a segment satisfies it only if its first state does.
+        # If segments may also end anywhere up to the last end, segments of one state are enough.
         if id(formula) in self._monotony.ids_staying_true_when_shorter and ends == _fill_mask_up_to_last(
             ends
         ):
@@ -279,7 +279,7 @@ class _TraceEvaluator:
     def _find_possible_values_of_variable(
         self, variable: f.Variable, body: f.Formula, binding: Binding, wanted_truth: bool
     ) -> frozenset[str]:
-        """Return the values of a variable that may give the body the wanted truth somewhere on the trace."""
+        """Return values of a variable for which the body may have the wanted truth somewhere on the trace."""
         domain = self._trace.get_object_set(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
         possible = find_possible_values_of_variable(

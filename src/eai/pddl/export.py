@@ -294,7 +294,7 @@ def _export_operator(
 
 
 def _make_precondition_from_alternatives(operator: Operator) -> f.Formula:
-    """Return the condition that an alternative of an operator succeeds, or that no alternative is tried.
+    """Return the condition that one alternative of an operator succeeds, or that no alternative is tried.
 
     An alternative is a way to act. It is tried if its own condition holds, and succeeds if its checks hold,
     too.

@@ -76,7 +76,7 @@ def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
 def _find_mistake_offsets(
     section: SExpr, finding: PddlFinding, vocabulary: PddlDeclarations
 ) -> Iterator[int]:
-    """Yield the offsets in a PDDL section at which the violation of a finding occurs, outer lists first."""
+    """Yield the offsets of the mistakes of one finding in a PDDL section, outer lists first."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)

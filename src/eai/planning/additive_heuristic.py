@@ -308,7 +308,7 @@ class CostEstimates:
         # Lowest depth of an open condition whose cost the innermost computation needed; _MAX_DEPTH for none.
         self._cut_depth = _MAX_DEPTH
         # Conditions for which no cost was found, perhaps only because an open condition had no cost yet.
-        # `_causes` maps a condition to this open condition.
+        # `_causes` maps each such condition to the open condition.
         self._uncertain: list[_ConditionKey] = []
         self._causes: dict[_ConditionKey, _ConditionKey] = {}
 

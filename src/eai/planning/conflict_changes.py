@@ -272,7 +272,7 @@ class NecessaryChangeFinder:
     def find_changes_before_step_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes of facts after which a step may make a wanted change, or no longer undo the change.
+        """Return earlier changes of facts that may let a step make, or not undo, a wanted change.
 
         The returned changes come before the step. A step undoes the wanted change by making the opposite
         change. The second returned value is whether the step undoes the wanted change.
@@ -429,9 +429,9 @@ class NecessaryChangeFinder:
     def _find_necessary_changes_for_one_value(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
+        """Return changes. At least one must happen before a quantified formula can have the value ``truth``.
 
-        The formula has this value as soon as its body has it for one object.
+        The formula gets this value if its body has the value for at least one object.
         """
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()

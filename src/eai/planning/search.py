@@ -68,7 +68,7 @@ class SearchEffort:
         return self.used > self.limit
 
     def take_objects_within_limit(self, object_names: Iterable[str]) -> Iterator[str]:
-        """Yield the names of objects until the limit is exceeded. Each name counts as one operation."""
+        """Yield names of objects until the limit of operations is exceeded. Each name is one operation."""
         for name in object_names:
             if self.spend_and_check_limit():
                 return

@@ -221,7 +221,8 @@ def _list_rows_in_task_order(
 ) -> Iterator[ResponseRow]:
     """Yield a response, or a missing answer, for each task of a run, in the order of the data set.
 
-    If a task may have several answers, they come in the order of their file. Then the missing answers follow.
+    If the file may have several answers to a task, all answers come in the order of the file, and the missing
+    answers follow.
     """
     missing = {task_id: Response(task_id, "", unanswered=why) for task_id, why in unanswered.items()}
     if answers.allows_several_answers_per_task:

@@ -52,7 +52,7 @@ class PaperTable:
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
     def find_printed_number(self, model: str, column: PaperColumn) -> float | None:
-        """Return a rate in percent, or None if the table does not have it."""
+        """Return a rate that the paper printed, in percent, or None if the table does not have it."""
         return self.rows.get(model, {}).get(column)
 
 

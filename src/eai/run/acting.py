@@ -212,10 +212,10 @@ def _store_episode_and_end_reason_in_state(
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
-    """Let the model call tools until the episode ends or a reply calls no tool, or run the user's agent.
+    """Let the user's agent play, or else let the model call tools.
 
-    If a reply calls no tool or the server refuses tools, the harness ``auto`` asks the model to write later
-    commands as lines of text.
+    The model calls tools until the episode ends or a reply calls no tool. If a reply calls no tool or the
+    server refuses tools, the harness ``auto`` asks the model to write later commands as lines of text.
     """
     if harness not in HARNESSES:
         result = await load_object(harness)(state.tools)(agent)

@@ -58,7 +58,7 @@ class StageThatObtainsGoalsOrScenes:
         library: source of the prompts.
         task_ids: the ids of the run's tasks, by domain.
         ask: function that asks a model.
-        believe: obtains the beliefs that questions to a model state. It raises InputError if it obtains no
+        believe: obtains the beliefs, which the questions then state. It raises InputError if it obtains no
             beliefs, or if the questions cannot state the beliefs.
         previous: the stage before this stage; None for the first stage. Questions state the beliefs of all
             stages.
@@ -175,7 +175,7 @@ class VariationOptions(Options):
 
     @property
     def captioning_model(self) -> str | None:
-        """Name of a second model that lists the scene in pictures for the asked model; None without one."""
+        """Name of a second model that sees the pictures and lists the scene for the asked model, or None."""
         return None
 
     def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
@@ -249,7 +249,7 @@ class _OptionsOfAllStudiesInOneRun(VariationOptions):
 
     @property
     def captioning_model(self) -> str | None:
-        """Name of a second model that lists the scene in pictures for the asked model; None without one."""
+        """Name of a second model that sees the pictures and lists the scene for the asked model, or None."""
         return next(
             (choice.captioning_model for choice in self.chosen if choice.captioning_model is not None), None
         )

@@ -301,8 +301,8 @@ def find_longest_series_of_met_action_goals(
     """
     if _are_met_in_turn(alternative_actions_of_goals, actions):
         return tuple(range(len(alternative_actions_of_goals)))
-    # best[n]: a series of n goals that the actions meet in order, as the goals' indices, and the number of
-    # actions after which the series is complete. No series of n goals is complete after fewer actions.
+    # best[n]: the indices of n goals that the actions meet in order, and the number of actions until then.
+    # No other series of n goals is complete after fewer actions.
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternative_actions_of_goals):
         for met, start in reversed(best):

@@ -80,7 +80,7 @@ class FormulaNameLexicon:
         )
 
     def has_name_in_formulas_for_action(self, operator: str) -> bool:
-        """Whether answers and task files have a name for an action of the domain."""
+        """Whether formulas in answers and task files have a name for an action of the domain."""
         return self._name_in_texts_by_action.get(operator, operator) in self.signature.actions
 
     def find_predicates_of_arity(self, arity: int, put_first: str) -> Iterator[str]:

@@ -48,4 +48,4 @@ class HazardousTaskMark:
 
 
 SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
-"""The mark of a task that answers may decline, as impossible or ambiguous, or of a task with hazards."""
+"""The mark of an impossible task, of an ambiguous task, or of a task with hazards."""

@@ -216,7 +216,7 @@ def _hides_goals_under_unknown_key(key: str, section: object) -> bool:
 
 
 def _normalize_section_name(section_name: str) -> str:
-    """Return the key of a section of goals as prompts spell it. Return an unknown key unchanged."""
+    """Return the key of a section of goals in the spelling of prompts; an unknown key stays unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", section_name).strip().lower(), section_name)
 
 

@@ -223,7 +223,7 @@ class JsonPlanNotation(PlanNotation):
         return tuple([_write_step(action, scene) for action in plan])
 
     def join(self, answer_parts: Iterable[str]) -> str:
-        """Return a JSON list of the steps."""
+        """Join the texts of single steps to the text of a plan, a JSON list."""
         return "[" + ", ".join(answer_parts) + "]"
 
     def list_words_that_name_objects(self, task: Task) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ from eai.world.state import Scene
 
 
 def classify_answer_by_exploration(outcome: ExplorationResult) -> SubgoalAnswerCategory:
-    """Return the category of an answer, given the result of the search for its executions."""
+    """Return the category of an answer, given the result of trying all ways to execute the answer."""
     if outcome.success:
         return SubgoalAnswerCategory.CORRECT
     return SubgoalAnswerCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalAnswerCategory.RUNTIME

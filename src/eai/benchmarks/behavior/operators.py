@@ -124,7 +124,7 @@ def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[
 
 
 def make_effects_of_leaving_support(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects after which an object lies in and on no other object. It still has its floor."""
+    """Return effects after which an object lies in and on no other object, but still on its floor."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 

@@ -266,7 +266,8 @@ def _find_combined_goals_about_same_object(
 ) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
     """Return which combinations of two goals about one object occur in tasks.
 
-    The results are the fields `nestings`, `combinations` and `dependent_states` of `UsualGoalsOfDataSet`.
+    The attributes `nestings`, `combinations` and `dependent_states` of `UsualGoalsOfDataSet` explain the
+    three results.
     """
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
@@ -361,7 +362,7 @@ def _collect_patterns_of_facts_in_state(
 def _count_facts_beyond_place_relation_limit(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus the maximum for relations that state places.
+    """Return the number of facts of each relation minus the maximum of a relation that states places.
 
     Such a relation, for example *inside*, relates an object to few others. The maximum is
     `MAX_MEAN_PLACES_PER_OBJECT` times the number of objects that are the first argument of a fact.

@@ -293,7 +293,7 @@ def _may_goals_quantify_over_category(category: str, usual_goals: UsualGoalsOfDa
 def _select_patterns_for_quantified_goals(
     patterns: Patterns, scene: Scene, usual_goals: UsualGoalsOfDataSet
 ) -> Patterns:
-    """Return the patterns over whose first category a goal can quantify.
+    """Return the patterns whose first category may be quantified in a goal.
 
     A pattern is a literal with categories in place of objects. The scene must have several objects of the
     first category, and goals must be allowed to quantify over it.

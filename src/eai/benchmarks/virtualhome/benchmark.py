@@ -55,9 +55,10 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 
 
 def _format_goals_of_plan_prompt(belief: BelievedTask) -> str:
-    """Return the text of the goals. Objects have the names of their classes, and relations those of graphs.
+    """Return the text of the goals in a prompt for a plan.
 
-    Each requirement of an action has two lines: its alternatives joined by `or`, and joined by `|`.
+    Objects are named by their classes, and relations as in scene graphs. For each required action, one line
+    has its alternatives joined by `or`, and the next line has them joined by `|`.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}

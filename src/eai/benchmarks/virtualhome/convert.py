@@ -261,10 +261,10 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the `ON` or `INSIDE` edges of each object, if the order of these edges changed.
+    """Return the `ON` or `INSIDE` edges of each object for which the order of these edges changed.
 
-    The order is unchanged if the new list of edges begins with the old edges that remain. All edges of a list
-    in a new order must be written again.
+    The order is unchanged if the list of edges begins with the old edges that were not removed. If the order
+    changed, all edges of the list must be written again.
     """
     stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {

@@ -37,7 +37,7 @@ _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "c
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _TERMINAL_COLUMNS_OF_SAME_NAMED_TASKS = ("task", "outcomes", "hidden", "plan")
-"""Columns of the table `twins` in the terminal. A twin is a benchmark task with the name of a logged task."""
+"""Columns of the table `twins` in the terminal: benchmark tasks that have the names of logged tasks."""
 
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""

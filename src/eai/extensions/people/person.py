@@ -21,9 +21,9 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Values of the field `harness` (the means of playing) in the record of a person's game.
+"""Values of the field `harness` (the means of playing) in the record of a game that a person played.
 
-`PROMPTED` is the value if the person asked which actions are possible. `HARNESS` is the value otherwise.
+`PROMPTED` means that the person asked which actions are possible, `HARNESS` that the person did not.
 """
 
 POSSIBLE, HELP = "?", "help"

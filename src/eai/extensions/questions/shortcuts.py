@@ -283,10 +283,10 @@ class SurfaceCueCounts:
 def _compute_balance_changes_by_cue(
     question: YesNoOrChoiceQuestion, cues_of_each_statement: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
-    """Return by how much a question changes the balance of each cue (see `_CUE_WEIGHT`).
+    """Return how much a question changes the balance of each cue (see `_CUE_WEIGHT`).
 
-    A cue is a mark of a statement, such as the greatest length. A right statement raises the balances of its
-    cues, and a wrong statement lowers them. If the right choice is random, the expected change is 0.
+    A cue is a mark of a statement, such as the greatest length. Its balance rises if the right statement has
+    the cue, and falls if a wrong statement has it. If right choices are random, the mean change is 0.
     """
     weights: dict[_SurfaceCue, int] = {}
     for position, statement_cues in enumerate(cues_of_each_statement):
@@ -475,7 +475,7 @@ def compute_success_rates_of_shortcuts(
 
 
 def find_best_shortcut(chances: Mapping[str, Rate]) -> str:
-    """Return the name of the shortcut (or of guessing) with the highest rate. Guessing wins ties."""
+    """Return the name of the shortcut, or of guessing, with the highest success rate. Guessing wins ties."""
     return max(chances, key=lambda name: chances[name].numerator)
 
 

@@ -162,10 +162,10 @@ class _RunsBySceneFormat:
         )
 
     def make_perception_error_cost_cells(self, group: _TasksWithPerceptionErrors) -> Row:
-        """Return four cells on a group of tasks: number, metric, metric without errors, difference.
+        """Return cells on a group of tasks: their number, metric, metric with the true scene, difference.
 
-        The last two cells use answers to the same tasks whose questions showed the true scene, without errors
-        of perception. The two cells are empty if such an answer is missing.
+        The last two cells use answers to the same tasks whose questions showed the true scene. The two cells
+        are empty if such an answer is missing.
         """
         cases = [task.case for task in group]
         without = [
