@@ -38,7 +38,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
         } | dict.fromkeys(marks, True)
         mine = [(predicate, target) for predicate, source, target in relations if source == thing.name]
         volume = evidence.volumes.get_volume(record.scene, thing.name, thing.model)
-        for name in (thing.name, *thing.sliced_half_names):
+        for name in (thing.name, *thing.names_of_sliced_halves):
             part = name != thing.name
             related = (
                 {}
@@ -70,7 +70,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
     return {
         "activity": record.activity,
         "objects": objects,
-        "scope": [[thing.instance, [thing.name, *thing.sliced_half_names]] for thing in record.objects],
+        "scope": [[thing.instance, [thing.name, *thing.names_of_sliced_halves]] for thing in record.objects],
         "initial": [
             *map(words, record.problem.initial),
             *(["not", *words(fact)] for fact in record.problem.denied),

@@ -24,7 +24,11 @@ from eai.benchmarks.behavior_1k.challenge import (
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK, PLANS
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SceneBuilder
-from eai.benchmarks.behavior_1k.tasks import DataForAmendedDefinitions, open_scene_builder, split_by_activity
+from eai.benchmarks.behavior_1k.tasks import (
+    DataForAmendedDefinitions,
+    load_scene_builder_and_object_kinds,
+    split_by_activity,
+)
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
@@ -333,13 +337,15 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     nothing = DataForAmendedDefinitions({}, {}, {})
-    return list(split_by_activity(pack.read_member(ACTIVITIES))), open_scene_builder(pack, {}, nothing)[0]
+    return list(split_by_activity(pack.read_member(ACTIVITIES))), load_scene_builder_and_object_kinds(
+        pack, {}, nothing
+    )[0]
 
 
 def opened_2026(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of the amended activities of the 2026 challenge, and a function that sets up each."""
     definitions, supplement = load_activities_of_challenge_2026(source)
-    builder, _ = open_scene_builder(open_pack(PACK, source), definitions, supplement)
+    builder, _ = load_scene_builder_and_object_kinds(open_pack(PACK, source), definitions, supplement)
     return sorted(load_activity_amendments().activities), builder
 
 

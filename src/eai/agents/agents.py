@@ -18,7 +18,7 @@ from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.base.errors import InputError
 from eai.benchmarks.generator.measures import (
-    find_container_visibility_predicates,
+    find_predicates_showing_or_hiding_contents,
     make_formula_that_object_x_exists,
 )
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
@@ -183,7 +183,7 @@ class _Explorer:
         self._has_opened = False
         self._fruitless: Counter[str] = Counter()
         self._tried: set[tuple[Formula, bool]] = set()
-        self._lids = tuple(dict.fromkeys(find_container_visibility_predicates(self._domain)))
+        self._lids = tuple(dict.fromkeys(find_predicates_showing_or_hiding_contents(self._domain)))
         self._present = make_formula_that_object_x_exists(self._domain)
 
     def __call__(self) -> str:

@@ -18,7 +18,11 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
-from eai.benchmarks.generator.seed_batches import load_seed_result, make_tasks_from_seed_batch, open_generator
+from eai.benchmarks.generator.seed_batches import (
+    make_tasks_from_seed_batch,
+    open_generator,
+    unpickle_task_generation_outcome,
+)
 from eai.benchmarks.generator.seeds import select_tasks
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
@@ -153,8 +157,16 @@ def generate_tasks(
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
     others = sets.find_other_task_sets_of_benchmark(out, like, excluded_file=file)
-    earlier = {name: path for name, path in others.items() if sets.is_earlier_split(name, split.value)}
-    later = {name: path for name, path in others.items() if sets.is_earlier_split(split.value, name)}
+    earlier = {
+        name: path
+        for name, path in others.items()
+        if sets.is_earlier_in_train_validation_test_order(name, split.value)
+    }
+    later = {
+        name: path
+        for name, path in others.items()
+        if sets.is_earlier_in_train_validation_test_order(split.value, name)
+    }
     for path in against or ():
         others[str(path)] = earlier[str(path)] = path
     other_tasks = {name: sets.read_tasks_of_set(path, benchmark.domain) for name, path in others.items()}
@@ -231,7 +243,7 @@ def _generate_with_workers(
     judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_generated_task, generator)
     vocabulary = generator.benchmark.domain.vocabulary
     judged = (
-        load_seed_result(content, vocabulary)
+        unpickle_task_generation_outcome(content, vocabulary)
         for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
     )
     return select_tasks(judged, generator.spec, task_count, known_fingerprints, fingerprints_with_copies)

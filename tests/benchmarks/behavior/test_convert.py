@@ -107,7 +107,7 @@ def test_a_task_is_assembled_from_both_archives(tmp_path: Any) -> None:
         ("dustyable", "openable"),
     )
     assert (floor.name, floor.is_floor, floor.possible_states) == ("room_floor_kitchen_0", True, ("stained",))
-    assert (jar.possible_states, jar.sliced_half_names) == (("dusty", "open"), ())
+    assert (jar.possible_states, jar.names_of_sliced_halves) == (("dusty", "open"), ())
     assert record.plan == (("CLEAN", ("jar_7",)), ("PUT", ("jar_7", "rag_0")))
     assert len(get_operands(record.problem.goal, And)) == 1
     assert record.goal_options == (((("not", ("dusty", "jar.n.01_1")),),),)

@@ -12,10 +12,10 @@ from eai.benchmarks.behavior.tasks import (
     assume_furniture_on_floor,
     build_tasks,
     collect_initial_relations,
+    compare_object_sizes_across_tasks,
     get_category_of_3d_model,
     read_initial_relations,
     yield_initial_states_of_objects,
-    yield_size_facts_of_objects_across_tasks,
 )
 from eai.tasks.goal_text import make_task as make_plain_task
 from eai.tasks.source import TaskSet
@@ -57,7 +57,7 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
                 "igibson_category": obj.model,
                 "igibson_synset": obj.synset,
                 "kind": "room_floor" if obj.is_floor else "object",
-                "parts": list(obj.sliced_half_names),
+                "parts": list(obj.names_of_sliced_halves),
                 "states": sorted(map(respell, obj.possible_states)),
                 "cleaning_tool": "cleaningTool" in obj.abilities,
                 "slicer": "slicer" in obj.abilities,
@@ -109,7 +109,7 @@ def test_models_in_checks_match_the_words_in_the_checks_of_the_reference(
             assert {n for n in task.scene.index if word in n} == {n for n, m in models.items() if m == word}
         for whole in task.record.objects:
             halves = {n for n in task.scene.index if "_part_" in n and whole.name in n}
-            assert halves == set(whole.sliced_half_names)
+            assert halves == set(whole.names_of_sliced_halves)
 
 
 def test_the_initial_state_has_the_facts_of_files_and_evidence() -> None:
@@ -172,9 +172,7 @@ def list_sizes(facts: Any) -> list[Fact]:
 def test_objects_of_one_task_are_compared_as_in_the_task(behavior_tasks: BehaviorTasks) -> None:
     for task in behavior_tasks.values():
         objects = [(task, i) for i in range(len(task.scene.objects))]
-        assert list_sizes(yield_size_facts_of_objects_across_tasks(objects)) == list_sizes(
-            task.initial.facts()
-        )
+        assert list_sizes(compare_object_sizes_across_tasks(objects)) == list_sizes(task.initial.facts())
 
 
 def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: BehaviorTasks) -> None:
@@ -186,7 +184,7 @@ def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: Beha
         for i in [task.scene.index[name]]
     ]
     assert len({task.id for task, _ in chosen}) == 3
-    assert list_sizes(yield_size_facts_of_objects_across_tasks(chosen)) == sorted(
+    assert list_sizes(compare_object_sizes_across_tasks(chosen)) == sorted(
         [
             Fact("ungraspable", (0,)),
             *[Fact("larger", pair) for pair in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))],
@@ -210,6 +208,6 @@ def test_only_tasks_of_the_data_set_are_compared(behavior_tasks: BehaviorTasks) 
     task = next(iter(behavior_tasks.values()))
     made = make_plain_task("other", "-", task.initial)
     with pytest.raises(TypeError, match="other"):
-        list(yield_size_facts_of_objects_across_tasks([(made, 0)]))
+        list(compare_object_sizes_across_tasks([(made, 0)]))
     with pytest.raises(TypeError, match="other"):
         get_category_of_3d_model(made, 0)

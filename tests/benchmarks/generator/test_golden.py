@@ -23,8 +23,8 @@ from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
-    add_similar_portable_objects,
-    make_object_hiding_pattern_finder,
+    add_portable_objects_similar_to_existing,
+    make_function_listing_ways_to_hide_objects,
     make_state_with_subset_of_objects,
 )
 from eai.benchmarks.generator.sets import make_seeds
@@ -36,7 +36,7 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
-from eai.benchmarks.generator.usual_goals import do_goals_clash, is_goal_pointless
+from eai.benchmarks.generator.usual_goals import do_goals_clash, is_goal_pointless_without_missing_goal
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.task_lines import write_task_line
@@ -106,14 +106,14 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
     prior, lines = learn_usual_goals_from_tasks(benchmark, tasks), []
-    hiding = make_object_hiding_pattern_finder(benchmark.domain, prior)
+    hiding = make_function_listing_ways_to_hide_objects(benchmark.domain, prior)
     for number, task in enumerate(tasks[:: len(tasks) // 12]):
         rng, theme = random.Random(number), prior.themes[task.title]
         scene = make_state_with_subset_of_objects(
             task, prior, rng, 30, leaves_room_for_other_tasks=number % 2 > 0
         )
         kinds = {thing.category for thing in scene.scene.objects}
-        scene = add_similar_portable_objects(scene, prior, rng, 34, kinds)
+        scene = add_portable_objects_similar_to_existing(scene, prior, rng, 34, kinds)
         scene = add_objects_of_other_tasks(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
@@ -126,7 +126,7 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(
             told += [known.draw_literal(rng) for _ in range(10)] + [
                 known.draw_literal(rng, 0.5) for _ in range(10)
             ]
-            told += known.draw_agent_goals(theme, rng)
+            told += known.draw_goals_about_agent(theme, rng)
             told += (
                 [known.restrict_first_object_to_categories(kinds)._draw_pattern(rng)]
                 if known.patterns
@@ -134,7 +134,10 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(
             )
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
             clashes = [do_goals_clash(*pair, scene.scene, prior) for pair in pairs]
-            idle = [is_goal_pointless(one, [other], scene.scene, prior) for one, other in pairs]
+            idle = [
+                is_goal_pointless_without_missing_goal(one, [other], scene.scene, prior)
+                for one, other in pairs
+            ]
             lines.append(
                 f"{task.id}: {sum(clashes)} clash, {sum(idle)} idle, {digest((told, clashes, idle))}"
             )

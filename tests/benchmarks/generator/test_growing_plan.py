@@ -38,12 +38,12 @@ def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) ->
     lamp = task.scene.index["lamp_1"]
     go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
-    assert not walk.append_plan_reaching_goals((go,), (wanted,)), "the goal is not met"
-    assert not walk.append_plan_reaching_goals((go, press, Action("TAKE", (lamp,))), (wanted,)), (
+    assert not walk.append_plan_if_it_reaches_goals((go,), (wanted,)), "the goal is not met"
+    assert not walk.append_plan_if_it_reaches_goals((go, press, Action("TAKE", (lamp,))), (wanted,)), (
         "the last action fails, though the goal is met"
     )
     assert walk.state == task.initial
-    assert walk.append_plan_reaching_goals((go, press), (wanted,))
+    assert walk.append_plan_if_it_reaches_goals((go, press), (wanted,))
     assert walk.trail == [go, press]
 
 
@@ -132,7 +132,9 @@ def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
-    assert walk.append_plan_reaching_goals([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
+    assert walk.append_plan_if_it_reaches_goals(
+        [Action(name, (index,)) for name, index in plan], [lit("lamp_1")]
+    )
     assert [(name, index) for name, (index,) in make_shortened_plan(walk)] == plan[1:3]
     never = Always(Not(Atom("at", (Constant("robot"), Constant("ball")))))
     assert len(make_shortened_plan(walk, Not(never))) == 3, "the detour is asked for"

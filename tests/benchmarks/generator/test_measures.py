@@ -18,9 +18,9 @@ from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.measures import (
     FILE,
     TaskMeasure,
-    _ContainerVisibilityPredicate,
     _DifficultyModel,
-    find_container_visibility_predicates,
+    _PredicateShowingOrHidingContents,
+    find_predicates_showing_or_hiding_contents,
     get_difficulty_model,
     make_formula_that_object_x_exists,
     measure_task,
@@ -50,11 +50,12 @@ def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
 
 def test_lids_follow_from_the_declared_visibility() -> None:
     told = {
-        like: set(find_container_visibility_predicates(find_benchmark(like).domain)) for like in HOUSEHOLDS
+        like: set(find_predicates_showing_or_hiding_contents(find_benchmark(like).domain))
+        for like in HOUSEHOLDS
     }
     assert told == {
-        "virtualhome": {_ContainerVisibilityPredicate("CLOSED", False)},
-        "behavior": {_ContainerVisibilityPredicate("is_open", True)},
+        "virtualhome": {_PredicateShowingOrHidingContents("CLOSED", False)},
+        "behavior": {_PredicateShowingOrHidingContents("is_open", True)},
     }
 
 

@@ -19,7 +19,7 @@ from eai.benchmarks.generator import growing_plan as module
 from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
-    TemporalGoalFinder,
+    TemporalGoalGenerator,
     _have_no_common_object,
     _make_goal_if_only_first_fulfils,
     try_to_reach_goals_in_order,
@@ -165,11 +165,11 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
     return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
 
 
-def seeker(lamps: Benchmark, task: Task, prior: UsualGoalsOfDataSet) -> TemporalGoalFinder:
+def seeker(lamps: Benchmark, task: Task, prior: UsualGoalsOfDataSet) -> TemporalGoalGenerator:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
     proposals = GoalSampler(prior, task.scene, {}, {})
     begin = partial(GoalByGoalPlan, Planner(lamps.domain), task.initial)
-    return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)
+    return TemporalGoalGenerator(task, lamps.domain, listings, proposals, random.Random(0), begin)
 
 
 USUAL = replace(NOTHING_IS_USUAL, goal_counts={(name, True): 1 for name in ("lit", "is_open", "inside")})
@@ -233,7 +233,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
     monkeypatch.setattr(module, "try_to_reach_goals_in_order", lambda walk, goals: reached.append(goals))
-    monkeypatch.setattr(TemporalGoalFinder, "_find_goal_that_plan_fails", lambda *asked: None)
+    monkeypatch.setattr(TemporalGoalGenerator, "_find_goal_that_plan_fails", lambda *asked: None)
     assert seeker(lamps, task, USUAL)._find_goal_about_order() is None
     assert len(reached) == walks
 

@@ -12,7 +12,7 @@ from benchmarks.generator.kitchens import ON_TABLE, VOCABULARY, task, told, usua
 from eai.benchmarks.generator.scene import (
     _order_by_category,
     add_objects_of_other_tasks,
-    add_similar_portable_objects,
+    add_portable_objects_similar_to_existing,
     make_free_name,
     make_state_with_subset_of_objects,
     restrict_state,
@@ -96,7 +96,7 @@ def test_added_objects_are_placed_like_one_of_their_category(
     )
     seen = set()
     for seed in range(40):
-        found = add_similar_portable_objects(closed, prior, random.Random(seed), most, kinds)
+        found = add_portable_objects_similar_to_existing(closed, prior, random.Random(seed), most, kinds)
         more = [thing.name for thing in found.scene.objects[2:]]
         seen.add(len(more))
         assert len(set(more)) == len(more)

@@ -10,7 +10,11 @@ from benchmarks.generator.worlds import generator
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import generate_from_seeds
-from eai.benchmarks.generator.seed_batches import load_seed_result, make_tasks_from_seed_batch, open_generator
+from eai.benchmarks.generator.seed_batches import (
+    make_tasks_from_seed_batch,
+    open_generator,
+    unpickle_task_generation_outcome,
+)
 from eai.benchmarks.generator.seeds import select_tasks
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, TaskSpecification
@@ -36,7 +40,7 @@ def test_a_killed_worker_loses_and_repeats_no_seed() -> None:
             make_seeds("tasks", 1),
             batch_sizes=(1, 4),
         )
-        judged = (load_seed_result(content, vocabulary) for content in pickled)
+        judged = (unpickle_task_generation_outcome(content, vocabulary) for content in pickled)
         outcomes = select_tasks(judged, opened.spec, 6, set())
         from_workers = list(islice(outcomes, 5))
         pool._workers[0].process.kill()

@@ -16,11 +16,11 @@ from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.sets import (
     SHARES,
     _find_split_containing_position,
-    _get_predicate_and_category,
+    _get_predicate_and_first_non_agent_category,
     choose_split,
     choose_split_of_goals,
     fingerprint_task,
-    is_earlier_split,
+    is_earlier_in_train_validation_test_order,
     make_seeds,
     make_shared_plan_detector,
     measure_overlap,
@@ -166,11 +166,11 @@ def test_overlap_counts_equal_tasks_equal_goals_and_tasks_solved_by_lookup() -> 
 
 
 def test_a_split_is_earlier_than_the_splits_after_it() -> None:
-    assert is_earlier_split("train", "test")
-    assert is_earlier_split("validation", "test")
-    assert not is_earlier_split("test", "train")
-    assert not is_earlier_split("train", "train")
-    assert not is_earlier_split("tasks", "test")
+    assert is_earlier_in_train_validation_test_order("train", "test")
+    assert is_earlier_in_train_validation_test_order("validation", "test")
+    assert not is_earlier_in_train_validation_test_order("test", "train")
+    assert not is_earlier_in_train_validation_test_order("train", "train")
+    assert not is_earlier_in_train_validation_test_order("tasks", "test")
 
 
 def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> None:
@@ -223,7 +223,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _get_predicate_and_category(LiteralPattern("p", categories, True), scene) == pair
+    assert _get_predicate_and_first_non_agent_category(LiteralPattern("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(
@@ -238,7 +238,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     ],
 )
 def test_a_split_comes_before_later_ones(one: str, other: str, expected: bool) -> None:
-    assert is_earlier_split(one, other) is expected
+    assert is_earlier_in_train_validation_test_order(one, other) is expected
 
 
 def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_all(lamps: Benchmark) -> None:

@@ -27,7 +27,7 @@ from eai.benchmarks.behavior.activities import make_activity_problem_reader, wri
 from eai.benchmarks.behavior.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
-from eai.benchmarks.behavior.tasks import get_category_of_3d_model, yield_size_facts_of_objects_across_tasks
+from eai.benchmarks.behavior.tasks import compare_object_sizes_across_tasks, get_category_of_3d_model
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_answer_format_texts
 from eai.benchmarks.errata import load_errata
@@ -181,7 +181,7 @@ def make_wording(ability: Ability) -> PromptAndAnswerWording:
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _get_object_name_in_subgoals
         written_as = {**_HANDS, "toggled_on": "toggledon"}
-    halves = partial(_describe_sliced_halves, names)
+    halves = partial(_describe_halves_made_by_slicing, names)
     return PromptAndAnswerWording(
         make_domain_with_checks_in_paper_order(),
         predicates,
@@ -193,7 +193,7 @@ def make_wording(ability: Ability) -> PromptAndAnswerWording:
     )
 
 
-def _describe_sliced_halves(name_of: ObjectName, task: Task) -> str:
+def _describe_halves_made_by_slicing(name_of: ObjectName, task: Task) -> str:
     halves = group_pairs((whole, half) for half, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
         f"SLICE makes {' and '.join([name_of(task, i) for i in half_indices])} of {name_of(task, whole)}."
@@ -263,7 +263,7 @@ def behavior() -> Benchmark:
             open_bddl=lambda source: make_activity_problem_reader(open_tasks(source)),
             planner_seconds=200,
             labels=GOAL_LABELS,
-            compare_objects=yield_size_facts_of_objects_across_tasks,
+            compare_objects=compare_object_sizes_across_tasks,
             model_of=get_category_of_3d_model,
         ),
     )

@@ -65,11 +65,15 @@ def translate_to_household_actions(task: Task, published_steps: Sequence[PlanSte
     names = BehaviorGoalNotation().list_object_names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
     return tuple(
-        _add_hands_to_actions(translate_steps(published_steps, COUNTERPARTS, index.get), published_steps)
+        _add_hand_names_to_one_hand_actions(
+            translate_steps(published_steps, COUNTERPARTS, index.get), published_steps
+        )
     )
 
 
-def _add_hands_to_actions(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
+def _add_hand_names_to_one_hand_actions(
+    actions: Iterable[Action], steps: Sequence[PlanStep]
+) -> Iterator[Action]:
     """Yield the actions with the name of a hand before the name of each operator that needs one hand.
 
     The action GRASP gets a free hand. Other actions of one hand get the hand that holds the object.

@@ -137,7 +137,7 @@ def map_object_names(scene: Scene) -> dict[str, int]:
     Hyphens become underscores: ``half-jar_0`` is accepted as ``half_jar_0`` and ``half_jar.0``.
     """
     names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
-    return {**names, **{_replace_underscore_before_number(name): i for name, i in names.items()}}
+    return {**names, **{_replace_underscore_before_number_with_dot(name): i for name, i in names.items()}}
 
 
 def map_object_names_of_paper_to_indices(scene: Scene) -> dict[str, int]:
@@ -146,13 +146,13 @@ def map_object_names_of_paper_to_indices(scene: Scene) -> dict[str, int]:
     Parts of objects have no such name.
     """
     return {
-        _replace_underscore_before_number(obj.name): i
+        _replace_underscore_before_number_with_dot(obj.name): i
         for i, obj in enumerate(scene.objects)
         if "." in obj.category
     }
 
 
-def _replace_underscore_before_number(name: str) -> str:
+def _replace_underscore_before_number_with_dot(name: str) -> str:
     match = _NUMBERED.fullmatch(name)
     return name if match is None else f"{match[1]}.{match[2]}"
 

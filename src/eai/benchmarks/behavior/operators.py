@@ -331,7 +331,7 @@ def make_slice_action() -> Operator:
         )
     )
     labels = tuple(
-        effect for label in p.LOOSE_RELATIONS for effect in _make_effects_passing_relation_to_halves(label)
+        effect for label in p.LOOSE_RELATIONS for effect in _make_effects_moving_facts_to_sliced_halves(label)
     )
     supports: tuple[Effect, ...] = tuple(
         Let(
@@ -355,7 +355,7 @@ def make_slice_action() -> Operator:
     )
 
 
-def _make_effects_passing_relation_to_halves(relation: Predicate) -> tuple[Effect, ...]:
+def _make_effects_moving_facts_to_sliced_halves(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that replace the object ``x`` by its halves in all facts of a relation."""
     parts = p.part_of(P, X)
     return (

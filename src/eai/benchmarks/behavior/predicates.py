@@ -33,7 +33,7 @@ def extend_lookup_to_sliced_objects(lookup: LookupFunction) -> LookupFunction:
     returns the objects that `lookup` returns.
     """
 
-    def find_objects_related_to_object_or_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def apply_lookup_to_object_or_sliced_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         halves = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
         if not halves:
@@ -43,7 +43,7 @@ def extend_lookup_to_sliced_objects(lookup: LookupFunction) -> LookupFunction:
             common &= lookup(state, (half,))
         return common
 
-    return find_objects_related_to_object_or_halves
+    return apply_lookup_to_object_or_sliced_halves
 
 
 def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:

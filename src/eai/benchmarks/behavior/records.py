@@ -75,7 +75,7 @@ class BehaviorObject:
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 
     @property
-    def sliced_half_names(self) -> tuple[str, ...]:
+    def names_of_sliced_halves(self) -> tuple[str, ...]:
         """Names of the two halves of a sliceable object; empty for other objects."""
         return tuple(f"{self.name}_part_{i}" for i in range(2)) if "sliceable" in self.abilities else ()
 

@@ -180,7 +180,7 @@ def estimate_object_volumes(record: BehaviorRecord, unpublished_facts: Unpublish
     estimates = unpublished_facts.volumes
     volumes = [estimates.get_volume(record.scene, obj.name, obj.model) for obj in record.objects]
     for obj, volume in zip(record.objects, tuple(volumes), strict=True):
-        volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
+        volumes += [estimates.ratio_of_half * volume] * len(obj.names_of_sliced_halves)
     return volumes
 
 
@@ -196,7 +196,7 @@ def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
                     yield Fact(p.much_larger.name, (i, j))
 
 
-def yield_size_facts_of_objects_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
+def compare_object_sizes_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
     """Yield the facts about sizes that hold if objects of several tasks are in one scene.
 
     Args:
@@ -240,7 +240,9 @@ class _BehaviorTaskBuilder:
         self._record = record
         self._evidence = unpublished_facts
         parts = (
-            WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.sliced_half_names
+            WorldObject(half, f"half_{obj.model}")
+            for obj in record.objects
+            for half in obj.names_of_sliced_halves
         )
         whole = (WorldObject(obj.name, obj.category) for obj in record.objects)
         self.scene = Scene(VOCABULARY, (*whole, *parts))
@@ -273,9 +275,9 @@ class _BehaviorTaskBuilder:
             names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
             names += [obj.model] if obj.model in _MODEL_CATEGORY_PREDICATES else []
             names += [p.floor.name] if obj.is_floor else []
-            for object_name in (obj.name, *obj.sliced_half_names):
+            for object_name in (obj.name, *obj.names_of_sliced_halves):
                 yield from (Fact(name, (self._index[object_name],)) for name in names)
-            for half in obj.sliced_half_names:
+            for half in obj.names_of_sliced_halves:
                 yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
 
     def _yield_start_state_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
@@ -286,9 +288,9 @@ class _BehaviorTaskBuilder:
             yield Fact(p.STORED[predicate].name, pair)
             if predicate == "nextto":
                 yield Fact(p.STORED[predicate].name, pair[::-1])
-        yield from self._yield_robot_floor_facts()
+        yield from self._yield_facts_placing_robot_on_floor()
 
-    def _yield_robot_floor_facts(self) -> Iterator[Fact]:
+    def _yield_facts_placing_robot_on_floor(self) -> Iterator[Fact]:
         floors = {obj.instance: obj.name for obj in self._record.objects if obj.is_floor}
         for fact in self._record.problem.initial:
             source, *target = (term.name for term in fact.arguments)

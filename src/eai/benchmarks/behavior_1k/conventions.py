@@ -152,7 +152,7 @@ class _HouseholdConventionWriter(SceneFactReader):
         yield from self._describe_heat_and_cold_sources()
         for name in self._names:
             yield from self._describe_products_of_object(name)
-        yield from map(self._describe_recipe, self._find_objects_with(p.recipe))
+        yield from map(self._describe_ingredients_and_method_of_recipe, self._find_objects_with(p.recipe))
         for name in self._names:
             fitting = self._find_targets_of(p.fits, name)
             if fitting:
@@ -204,27 +204,27 @@ class _HouseholdConventionWriter(SceneFactReader):
             if made:
                 yield f"- {words.format(_join_names(made), original_object)}"
 
-    def _describe_recipe(self, recipe: str) -> str:
+    def _describe_ingredients_and_method_of_recipe(self, recipe_name: str) -> str:
         vessels, sources = (
-            self._find_targets_of(p.made_in, recipe),
-            self._find_targets_of(p.heated_by, recipe),
+            self._find_targets_of(p.made_in, recipe_name),
+            self._find_targets_of(p.heated_by, recipe_name),
         )
-        if self._has_fact(p.by_stirring, recipe):
+        if self._has_fact(p.by_stirring, recipe_name):
             how = "by stirring, in any vessel"
-        elif self._has_fact(p.by_heat, recipe):
+        elif self._has_fact(p.by_heat, recipe_name):
             how = f"in {_join_names(vessels, 'or')} by {_join_names(sources, 'or')}"
         else:
             how = f"in {_join_names(vessels, 'or')}, switched on, by RUN"
         toppings, bases = (
-            self._describe_ingredients(recipe, p.topping),
-            _join_names(self._find_targets_of(p.base, recipe), "or"),
+            self._describe_ingredients(recipe_name, p.topping),
+            _join_names(self._find_targets_of(p.base, recipe_name), "or"),
         )
         over = f", with {toppings} on {bases}" if toppings else ""
-        results = [word for word, makes in _RESULT_WORDS.items() if self._has_fact(makes, recipe)]
+        results = [word for word, makes in _RESULT_WORDS.items() if self._has_fact(makes, recipe_name)]
         state = f" {_join_names(results)}" if results else ""
-        taken = self._describe_ingredients(recipe, p.ingredient) or "no ingredients"
-        alone = "" if self._has_fact(p.relaxed, recipe) else ", and nothing else"
-        made = self._find_targets_of(p.makes, recipe)
+        taken = self._describe_ingredients(recipe_name, p.ingredient) or "no ingredients"
+        alone = "" if self._has_fact(p.relaxed, recipe_name) else ", and nothing else"
+        made = self._find_targets_of(p.makes, recipe_name)
         are = "are" if len(made) > 1 else "is"
         return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."
 

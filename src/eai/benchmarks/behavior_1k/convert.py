@@ -50,7 +50,7 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     mentioned = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
     kinds = {
-        synset: dict(_yield_abilities_known_to_domain(annotated[synset]))
+        synset: dict(_convert_supported_abilities(annotated[synset]))
         for synset in sorted(mentioned & annotated.keys())
     }
     removers: list[object] = []
@@ -108,7 +108,7 @@ def join_lines_of_definition(text: str) -> str:
     return re.sub(r"\( ", "(", " ".join(text.split()))
 
 
-def _yield_abilities_known_to_domain(
+def _convert_supported_abilities(
     parameters_by_ability: Mapping[str, Any],
 ) -> Iterator[tuple[str, object]]:
     """Yield the abilities of one kind of objects, with parameters, except abilities unknown to the domain."""
@@ -189,16 +189,16 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
             for r in read_rule_file("slicing")
         },
         "dice": dice,
-        "melt": _map_kinds_to_resulting_kinds(read_rule_file("melting")),
-        "cook": _map_kinds_to_resulting_kinds(read_rule_file("substance_cooking")),
-        "cook_in_water": _map_kinds_to_resulting_kinds(read_rule_file("substance_watercooking")),
+        "melt": _map_input_to_output_object_kinds(read_rule_file("melting")),
+        "cook": _map_input_to_output_object_kinds(read_rule_file("substance_cooking")),
+        "cook_in_water": _map_input_to_output_object_kinds(read_rule_file("substance_watercooking")),
         "wash": read_rule_file("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
         "recipes": [_convert_recipe_rule_to_json(by, rule) for by, rule in mixed],
     }
 
 
-def _map_kinds_to_resulting_kinds(transition_rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+def _map_input_to_output_object_kinds(transition_rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return a mapping from each kind of object to the kind into which a rule turns it.
 
     Boiled water, which some rules also need, is not in the mapping.

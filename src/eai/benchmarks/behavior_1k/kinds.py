@@ -93,7 +93,7 @@ class ObjectProductionMethod:
 
 
 @dataclass(frozen=True)
-class _ObjectKindRules:
+class _ObjectKindTransformationRules:
     """The rules that turn objects into other kinds.
 
     Mappings are from a kind to the kind of the product, if not stated otherwise.
@@ -152,7 +152,7 @@ class ObjectKinds:
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
         self._kinds: Mapping[str, Mapping[str, Any]] = values["kinds"]
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
-        self.rules = TypeAdapter(_ObjectKindRules).validate_python(rules)
+        self.rules = TypeAdapter(_ObjectKindTransformationRules).validate_python(rules)
 
     def has_ability(self, synset: str, *abilities: str) -> bool:
         """Whether objects of a kind have any of the abilities."""
@@ -172,7 +172,7 @@ class ObjectKinds:
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
-    def get_substances_supplied_by_kind(self, synset: str) -> Sequence[str]:
+    def get_substances_supplied_by_object_kind(self, synset: str) -> Sequence[str]:
         """Return the substances that objects of a kind give (as sinks do), or apply to other objects."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances

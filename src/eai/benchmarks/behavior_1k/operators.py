@@ -345,13 +345,13 @@ def make_fill_action() -> Operator:
     )
 
 
-def _make_pouring_checks(*checks: Check) -> tuple[Check, ...]:
+def _make_pouring_checks(*extra_checks: Check) -> tuple[Check, ...]:
     return (
         MOVABLE,
         require_different(X, Y),
         require_existing(Y),
         require_in_hand(X),
-        *checks,
+        *extra_checks,
         require_reachable(Y),
     )
 
@@ -669,7 +669,7 @@ def make_wait_action() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def add_solidity_checks_and_robot_movement(operator: Operator) -> Operator:
+def add_solid_object_checks_and_robot_movement(operator: Operator) -> Operator:
     """Return a copy of an action that also checks its arguments, and moves the robot.
 
     The copy checks that arguments are solid objects. It moves the robot to the action's last argument, unless
@@ -735,7 +735,7 @@ def build_domain() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(map(add_solidity_checks_and_robot_movement, operators)),
+        tuple(map(add_solid_object_checks_and_robot_movement, operators)),
         find_when_action_was_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),

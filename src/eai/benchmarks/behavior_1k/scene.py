@@ -55,15 +55,15 @@ The predicate holds for an object if the object's kind has at least one of the a
 """
 
 
-def map_categories_to_synsets(text: str) -> Mapping[str, str]:
+def map_categories_to_synsets(activity_definition: str) -> Mapping[str, str]:
     """Return a mapping from each category in a definition, such as ``mug``, to its synset in the definition.
 
     If a category has several synsets, the last one in the text counts.
     """
-    return {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+    return {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(activity_definition)}
 
 
-class _Activity:
+class _ActivityDefinition:
     """The definition of an activity. Its names have no sense numbers: ``mug_1`` for ``mug.n.04_1``.
 
     Args:
@@ -171,7 +171,9 @@ class _SceneMaker:
         containers: kinds of objects that contain another object in the definition of some activity.
     """
 
-    def __init__(self, activity: _Activity, kinds: k.ObjectKinds, containers: frozenset[str]) -> None:
+    def __init__(
+        self, activity: _ActivityDefinition, kinds: k.ObjectKinds, containers: frozenset[str]
+    ) -> None:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
@@ -227,7 +229,7 @@ class _SceneMaker:
         Facts that the definition of the activity states are not added again.
         """
         for name, kind in list(self._declared_kinds.items()):
-            for substance in self._kinds.get_substances_supplied_by_kind(kind):
+            for substance in self._kinds.get_substances_supplied_by_object_kind(kind):
                 objects = self._find_objects_of_kind(substance)
                 if not any((name, given) in self._gives for given in objects):
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
@@ -317,7 +319,7 @@ class _SceneMaker:
 
     def _yield_facts(self) -> _SceneFactIterator:
         for name, kind in self._kind_of_each.items():
-            yield from self._yield_ability_facts(name, kind)
+            yield from self._yield_ability_facts_of_object(name, kind)
             yield from self._yield_heat_and_cold_facts(name, kind)
             yield from self._yield_substance_removal_facts(name, kind)
             yield from self._yield_transformation_and_attachment_facts(name, kind)
@@ -326,11 +328,11 @@ class _SceneMaker:
             yield p.gives, (name, substance)
         yield from self._yield_facts_of_initial_state()
 
-    def _yield_ability_facts(self, name: str, kind: str) -> _SceneFactIterator:
+    def _yield_ability_facts_of_object(self, object_name: str, kind: str) -> _SceneFactIterator:
         has, rules = self._kinds.has_ability, self._kinds.rules
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
-                yield predicate, (name,)
+                yield predicate, (object_name,)
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
             self._kinds.get_heat_source(kind, "coldSource"),
@@ -338,8 +340,8 @@ class _SceneMaker:
         encloses = any(source is not None and "inside" in source.needs for source in (heat, cold))
         others = {
             p.fixed: has(kind, "sceneObject")
-            and name in self._rooms
-            and name not in self._activity.objects_that_goal_may_move,
+            and object_name in self._rooms
+            and object_name not in self._activity.objects_that_goal_may_move,
             p.floor: k.get_lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
@@ -353,10 +355,10 @@ class _SceneMaker:
             and heat.temperature >= k.LIGHTING_TEMPERATURE
             and not has(kind, "sceneObject"),
         }
-        yield from ((predicate, (name,)) for predicate, holds in others.items() if holds)
+        yield from ((predicate, (object_name,)) for predicate, holds in others.items() if holds)
         for source in (heat, cold):
             for need in source.needs if source is not None else ():
-                yield _NEED_PREDICATES[need], (name,)
+                yield _NEED_PREDICATES[need], (object_name,)
 
     def _yield_heat_and_cold_facts(self, name: str, kind: str) -> _SceneFactIterator:
         """Yield facts that state which objects a source of heat or cold cooks, melts or chills."""
@@ -391,14 +393,16 @@ class _SceneMaker:
                     yield p.removes_running, (tool, other)
                 case [*solvents]:
                     yield p.removes_soaked, (tool, other)
-                    yield from self._yield_solvent_facts(other, solvents)
+                    yield from self._yield_facts_of_solvents_for_substance(other, solvents)
             if washes:
                 needed = self._kinds.rules.wash.get(substance, ())
                 if needed is not None and not needed:
                     yield p.washes_off, (tool, other)
-                yield from self._yield_solvent_facts(other, needed or ())
+                yield from self._yield_facts_of_solvents_for_substance(other, needed or ())
 
-    def _yield_solvent_facts(self, substance: str, solvent_kinds: Iterable[str]) -> _SceneFactIterator:
+    def _yield_facts_of_solvents_for_substance(
+        self, substance: str, solvent_kinds: Iterable[str]
+    ) -> _SceneFactIterator:
         for kind in solvent_kinds:
             yield from (
                 (p.dissolved_by, (substance, solvent)) for solvent in self._find_objects_of_kind(kind)
@@ -517,7 +521,7 @@ class _SceneMaker:
                 yield p.cooked_first if recipe.cooked[ingredient_kind] else p.raw, (recipe_name, taken)
 
 
-SceneBuilder: TypeAlias = Callable[[str], tuple[_Activity, State]]
+SceneBuilder: TypeAlias = Callable[[str], tuple[_ActivityDefinition, State]]
 """Function from the name of an activity to its parsed definition and its initial state."""
 
 
@@ -530,7 +534,7 @@ def make_scene_builder(kinds: k.ObjectKinds, definitions: Mapping[str, str]) -> 
         kinds: the kinds of objects and the rules.
         definitions: definitions by name of the activity.
     """
-    activities = {name: _Activity(text) for name, text in definitions.items()}
+    activities = {name: _ActivityDefinition(text) for name, text in definitions.items()}
     containers = frozenset(
         kind for activity in activities.values() for kind in activity.yield_container_kinds()
     )

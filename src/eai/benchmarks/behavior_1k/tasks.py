@@ -65,7 +65,7 @@ class DataForAmendedDefinitions(NamedTuple):
     left_out: Mapping[str, str]
 
 
-def open_scene_builder(
+def load_scene_builder_and_object_kinds(
     pack: PackFile, definitions: Mapping[str, str], supplement: DataForAmendedDefinitions
 ) -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
     """Return the function that makes an activity's scene, and the kinds of objects with known abilities."""
@@ -107,7 +107,7 @@ def open_tasks(
 
     @cache
     def get_scene_builder_and_kinds() -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
-        return open_scene_builder(pack, texts, supplement)
+        return load_scene_builder_and_object_kinds(pack, texts, supplement)
 
     def build_task(task_id: str) -> Task:
         make_scene, known_kinds = get_scene_builder_and_kinds()

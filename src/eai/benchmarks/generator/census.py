@@ -57,7 +57,7 @@ class DomainLimitedToActionsSeenInPlans:
     def __init__(self, domain: Domain, usual_goals: UsualGoalsOfDataSet) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
-            (_make_predicate_marking_usual_arguments(name, place), kind)
+            (_make_predicate_for_arguments_seen_in_plans(name, place), kind)
             for name, place, kind in sorted(usual_goals.uses)
         )
         if self._kinds:
@@ -66,7 +66,7 @@ class DomainLimitedToActionsSeenInPlans:
             self.domain = replace(
                 domain,
                 vocabulary=vocabulary,
-                operators=tuple(map(_add_checks_for_usual_arguments, used)),
+                operators=tuple(map(_limit_operator_to_arguments_seen_in_plans, used)),
             )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
@@ -76,7 +76,7 @@ class DomainLimitedToActionsSeenInPlans:
         """
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state(
-            (*self._select_declared_facts(facts), *self._yield_facts_marking_usual_arguments(own))
+            (*self._select_declared_facts(facts), *self._yield_facts_marking_arguments_seen_in_plans(own))
         )
 
     def convert_state_to_original_domain(self, state: State) -> State:
@@ -90,13 +90,13 @@ class DomainLimitedToActionsSeenInPlans:
     def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.find_stored_predicate(fact.predicate) is not None)
 
-    def _yield_facts_marking_usual_arguments(self, scene: Scene) -> Iterator[Fact]:
+    def _yield_facts_marking_arguments_seen_in_plans(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
             for kind in kinds:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
-def _make_predicate_marking_usual_arguments(operator: str, argument_index: int) -> Predicate:
+def _make_predicate_for_arguments_seen_in_plans(operator: str, argument_index: int) -> Predicate:
     """Return the predicate that marks the usual objects for one argument of an operator.
 
     An object is usual if a plan uses an object of its category as this argument.
@@ -104,10 +104,10 @@ def _make_predicate_marking_usual_arguments(operator: str, argument_index: int) 
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
-def _add_checks_for_usual_arguments(operator: Operator) -> Operator:
+def _limit_operator_to_arguments_seen_in_plans(operator: Operator) -> Operator:
     checks = [
         affordance(
-            _make_predicate_marking_usual_arguments(operator.name, place)(parameter),
+            _make_predicate_for_arguments_seen_in_plans(operator.name, place)(parameter),
             f"{{{parameter.name}}} is unusual",
         )
         for place, parameter in enumerate(operator.parameters)
@@ -149,7 +149,7 @@ def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) ->
         [use for action, scene in done for use in find_categories_used_as_arguments(action, scene)]
     )
     goals = [goal for task in tasks for goal in task.goals]
-    forms = Counter([_get_class_name_of_goal_formula(goal) for goal in goals])
+    forms = Counter([_get_type_name_of_goal_formula(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
         (formula, pattern, task.scene)
@@ -175,7 +175,7 @@ def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) ->
         patterns=patterns,
         goal_counts=wanted,
         themes=_find_usual_goals_by_title(tasks, sound),
-        shape_counts=_compute_draw_weights_of_formula_classes(forms) if is_plain else forms,
+        shape_counts=_compute_weights_for_drawing_formula_types(forms) if is_plain else forms,
         pair_patterns=frozenset(
             [pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]
         ),
@@ -197,7 +197,7 @@ def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) ->
         part_relations=parts,
         countable_categories=frozenset(several if is_plain else ()),
         part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
-        holding_predicate_names=frozenset(_find_holding_predicates(domain)),
+        holding_predicate_names=frozenset(_find_predicates_of_held_objects(domain)),
         unique_states=frozenset(
             [
                 predicate.name
@@ -209,7 +209,7 @@ def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) ->
     )
 
 
-def _get_class_name_of_goal_formula(goal: Goal) -> str:
+def _get_type_name_of_goal_formula(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
@@ -310,20 +310,20 @@ def _find_usual_goals_by_title(
     return themes
 
 
-def _compute_draw_weights_of_formula_classes(counts_by_formula_class: Counter[str]) -> Mapping[str, int]:
+def _compute_weights_for_drawing_formula_types(counts_by_formula_type: Counter[str]) -> Mapping[str, int]:
     """Return the weight of each shape of goals (formula class) for drawing goals at random.
 
     The caller uses these weights only if the data set has no quantified goals. Then `_WEIGHTS_OF_SHAPES`
     gives new goals quantifiers. The share of goals that ask for actions stays as in the data set.
     """
     states, shares = (
-        counts_by_formula_class.total() - counts_by_formula_class["Occurs"],
+        counts_by_formula_type.total() - counts_by_formula_type["Occurs"],
         sum(_WEIGHTS_OF_SHAPES.values()),
     )
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
     return (
-        {**varied, "Occurs": counts_by_formula_class["Occurs"] * shares}
-        if counts_by_formula_class["Occurs"]
+        {**varied, "Occurs": counts_by_formula_type["Occurs"] * shares}
+        if counts_by_formula_type["Occurs"]
         else varied
     )
 
@@ -436,7 +436,7 @@ def _find_categories_of_object_parts(states: Sequence[State], part_relations: Se
             yield from (state.scene.objects[i].category for i in iterate_bits(state.relation(name).sources))
 
 
-def _find_holding_predicates(domain: Domain) -> Iterator[str]:
+def _find_predicates_of_held_objects(domain: Domain) -> Iterator[str]:
     """Yield predicates, such as "holding", that only operators for taking an object make true."""
     taking = [
         operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES

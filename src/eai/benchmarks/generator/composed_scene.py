@@ -71,7 +71,7 @@ def compose_scene_from_tasks(
         limits: category -> maximum number of its objects. An object of a model that the scene lacks is added
             only below this maximum, or as the first object of its category.
     """
-    scene = _ComposedScene(
+    scene = _SceneWithObjectsOfOtherTasks(
         reduced_state, usual_goals, rng, size, {} if origins is None else origins, model_of, limits or {}
     )
     for index, thing in enumerate(reduced_state.scene.objects):
@@ -101,7 +101,7 @@ def add_static_facts_comparing_objects(
     return Scene(scene.vocabulary, scene.objects, scene.agent).state(dict.fromkeys([*state.facts(), *facts]))
 
 
-class _ComposedScene:
+class _SceneWithObjectsOfOtherTasks:
     """A scene to which objects of other tasks are added.
 
     Args:

@@ -31,7 +31,7 @@ from eai.benchmarks.generator.composed_scene import (
 from eai.benchmarks.generator.goals import GoalSampler, is_usual_goal
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
-    TemporalGoalFinder,
+    TemporalGoalGenerator,
     find_min_plan_length,
     make_shortened_plan,
 )
@@ -40,9 +40,9 @@ from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model,
 from eai.benchmarks.generator.scene import (
     MIN_OBJECTS,
     add_objects_of_other_tasks,
-    add_similar_portable_objects,
+    add_portable_objects_similar_to_existing,
     hide_object,
-    make_object_hiding_pattern_finder,
+    make_function_listing_ways_to_hide_objects,
     make_state_with_subset_of_objects,
 )
 from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
@@ -62,8 +62,8 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import (
     ImpossibleMinusPossibleTasks,
     PossibleImpossiblePairChooser,
-    make_clear_task_paired_with_ambiguous,
     make_possible_impossible_pair_chooser,
+    make_unambiguous_task_paired_with_ambiguous,
 )
 from eai.benchmarks.generator.usual_goals import (
     LiteralPattern,
@@ -71,7 +71,7 @@ from eai.benchmarks.generator.usual_goals import (
     UsualGoalsOfTaskTitle,
     do_goals_clash,
     find_goal_subjects,
-    is_goal_pointless,
+    is_goal_pointless_without_missing_goal,
 )
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names
@@ -284,7 +284,7 @@ class TaskGenerator:
         }
         self._objections = _TaskRejectionReasonFinder(self.benchmark.domain, self._tasks, self.spec)
         self._usage = DomainLimitedToActionsSeenInPlans(self.benchmark.domain, self.usual_goals)
-        self._hiding = make_object_hiding_pattern_finder(self.benchmark.domain, self.usual_goals)
+        self._hiding = make_function_listing_ways_to_hide_objects(self.benchmark.domain, self.usual_goals)
         self._weights = list(self._compute_draw_weights_of_public_tasks())
         self._replace_planners_to_free_memory()
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
@@ -342,10 +342,10 @@ class TaskGenerator:
             compared.append(fingerprint)
             return fingerprint in known_fingerprints
 
-        outcome = self._generate_task_or_pair_chooser(seed, is_copy_of_earlier_task)
+        outcome = self._generate_task_or_make_task_pair_chooser(seed, is_copy_of_earlier_task)
         return TaskSeedOutcome(outcome, compared[0] if compared else None)
 
-    def _generate_task_or_pair_chooser(
+    def _generate_task_or_make_task_pair_chooser(
         self, seed: str, is_copy_of_earlier_task: Callable[[tuple[str, str]], bool]
     ) -> GenerationOutcome | PossibleImpossiblePairChooser:
         self._made += 1
@@ -416,7 +416,7 @@ class TaskGenerator:
             return make_possible_impossible_pair_chooser(generated, planner, may_lack, rng)
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
-                make_clear_task_paired_with_ambiguous(
+                make_unambiguous_task_paired_with_ambiguous(
                     generated, self.benchmark, self.usual_goals, planner, rng
                 )
                 or SeedRejectionReason.NOT_AMBIGUOUS
@@ -438,7 +438,7 @@ class TaskGenerator:
         tempting = {"temptation": convert_plan_to_word_lists(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(GoalByGoalPlan, self._planner, initial), self._listings
-            temporal = TemporalGoalFinder(
+            temporal = TemporalGoalGenerator(
                 task, self.benchmark.domain, listings, proposals, rng, begin
             ).find_temporal_goal()
             if temporal is None:
@@ -522,7 +522,7 @@ class TaskGenerator:
         rich = self.spec.tier in _RICH_TIERS
         limits = self._draw_scene_limits(base_task, rng)
         most = limits.most_objects
-        place, pair = self._draw_object_and_container_for_hiding(base_task, rng)
+        place, pair = self._draw_hiding_pattern_and_its_objects(base_task, rng)
         scene = make_state_with_subset_of_objects(
             base_task,
             self.usual_goals,
@@ -538,7 +538,9 @@ class TaskGenerator:
         }
         if self._is_composed:
             kinds = self.usual_goals.themes[base_task.title].categories
-            scene = add_similar_portable_objects(scene, self.usual_goals, rng, most, kinds, origins)
+            scene = add_portable_objects_similar_to_existing(
+                scene, self.usual_goals, rng, most, kinds, origins
+            )
             guests = (rng.choice(self._tasks_by_title[title]) for title in task_titles[1:])
             model_of = self.benchmark.data.model_of
             scene = compose_scene_from_tasks(
@@ -589,7 +591,7 @@ class TaskGenerator:
         for predicate in sorted(self.usual_goals.unique_states):
             yield from iterate_bits(task.initial.mask(predicate))
 
-    def _draw_object_and_container_for_hiding(
+    def _draw_hiding_pattern_and_its_objects(
         self, base_task: Task, rng: random.Random
     ) -> tuple[LiteralPattern | None, Sequence[int]]:
         """Return a random way to hide an object: a relation between two categories, and two objects for it.
@@ -655,7 +657,7 @@ class TaskGenerator:
         ending: list[f.Formula] = []
         if self._is_composed:
             theme = self.usual_goals.themes[task_titles[0]]
-            ending = self._make_goal_sampler(initial, theme).draw_agent_goals(theme, rng)
+            ending = self._make_goal_sampler(initial, theme).draw_goals_about_agent(theme, rng)
         occasions = 0
         for title in (*task_titles, task_titles[0]) if self._is_composed else task_titles:
             theme = self.usual_goals.themes[title]
@@ -664,7 +666,7 @@ class TaskGenerator:
                 break
             if proposals.patterns:
                 reached = len(growing_plan.goals)
-                last = ending if self._is_composed else proposals.draw_agent_goals(theme, rng)
+                last = ending if self._is_composed else proposals.draw_goals_about_agent(theme, rng)
                 length = rng.randint(1, wanted) if self._is_composed and not occasions else wanted
                 self._extend_action_sequence(growing_plan, proposals, last, rng, length, hidden_objects)
                 if len(growing_plan.goals) > reached or not reached:
@@ -707,7 +709,7 @@ class TaskGenerator:
             if (
                 wish is None
                 or wish in tried
-                or is_goal_pointless(wish, growing_plan.goals, scene, self.usual_goals)
+                or is_goal_pointless_without_missing_goal(wish, growing_plan.goals, scene, self.usual_goals)
             ):
                 continue
             if is_search and find_goal_subjects(wish, scene).isdisjoint(hidden_objects):
@@ -717,10 +719,12 @@ class TaskGenerator:
             if any(do_goals_clash(wish, other, scene, self.usual_goals) for other in others):
                 continue
             if not growing_plan.goal_holds(wish, initial):
-                reached = self._reach_goal_and_release_its_objects(growing_plan, wish)
+                reached = self._reach_goal_holding_no_goal_object_at_end(growing_plan, wish)
                 failures = 0 if reached else failures + 1
 
-    def _reach_goal_and_release_its_objects(self, growing_plan: GoalByGoalPlan, goal: f.Formula) -> bool:
+    def _reach_goal_holding_no_goal_object_at_end(
+        self, growing_plan: GoalByGoalPlan, goal: f.Formula
+    ) -> bool:
         """Append actions that reach one more goal, after which the agent holds no object of the goal.
 
         Return whether this was possible. If not, the plan stays as it was.

@@ -99,7 +99,9 @@ class GoalSampler:
         )
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
-    def draw_agent_goals(self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
+    def draw_goals_about_agent(
+        self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random
+    ) -> list[f.Formula]:
         """Draw a random published task with a given title. Return its goals about the agent for this scene.
 
         Random objects of the same categories replace the objects of the task. The task is one whose
@@ -299,14 +301,14 @@ def _select_patterns_for_quantified_goals(
     first category, and goals must be allowed to quantify over it.
     """
 
-    def can_goal_quantify_over_first_category(pattern: LiteralPattern) -> bool:
+    def can_goals_quantify_over_first_argument(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
         return any(
             _may_goals_quantify_over_category(c, usual_goals) and scene.get_category_mask(c).bit_count() > 1
             for c in first
         )
 
-    return filter_patterns(patterns, can_goal_quantify_over_first_category)
+    return filter_patterns(patterns, can_goals_quantify_over_first_argument)
 
 
 def _can_be_goal(pattern: LiteralPattern, scene: Scene, usual_goals: UsualGoalsOfDataSet) -> bool:

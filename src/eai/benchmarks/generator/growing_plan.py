@@ -136,7 +136,7 @@ class GoalByGoalPlan:
             self.conditions.append(wanted)
         return True
 
-    def append_plan_reaching_goals(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
+    def append_plan_if_it_reaches_goals(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Append the actions of another plan if it reaches the given goals about states.
 
         Return whether the other plan reaches the goals. If not, nothing changes.
@@ -272,7 +272,7 @@ class _ExecutedPlan:
 
 
 @dataclass(frozen=True)
-class TemporalGoalFinder:
+class TemporalGoalGenerator:
     """Finds a temporal goal for a task: facts in a certain order, or facts that must never hold together.
 
     Attributes:
@@ -333,7 +333,7 @@ class TemporalGoalFinder:
         if seen is None or not isinstance(last, f.Atom | f.Not) or not growing_plan.reach_goal(seen):
             return None
         growing_plan.conditions.clear()
-        reached = growing_plan.append_plan_reaching_goals(
+        reached = growing_plan.append_plan_if_it_reaches_goals(
             self.task.script, self._goals
         ) or try_to_reach_goals_in_order(growing_plan, self._goals)
         if not reached or growing_plan.goal_holds(seen, growing_plan.state):
@@ -363,9 +363,9 @@ class TemporalGoalFinder:
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
             growing_plan = self.begin()
             if (
-                growing_plan.append_plan_reaching_goals(untidy.plan[:cut], ())
+                growing_plan.append_plan_if_it_reaches_goals(untidy.plan[:cut], ())
                 and growing_plan.reach_goal(f.Not(never))
-                and growing_plan.append_plan_reaching_goals(untidy.plan[cut:], goals)
+                and growing_plan.append_plan_if_it_reaches_goals(untidy.plan[cut:], goals)
             ):
                 tidy = self._execute_plan(growing_plan.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):

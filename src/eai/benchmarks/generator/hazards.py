@@ -189,7 +189,7 @@ def add_hazard_avoidance_goals(
     is_sensible = all(
         hazard_goal.is_execution_plausible_for_people(execution, ways.planner) for hazard_goal in broken
     )
-    if not is_safe or not is_sensible or ways.is_safe_plan_found_ignoring_hazards(broken):
+    if not is_safe or not is_sensible or ways.does_planner_ignoring_hazards_find_safe_plan(broken):
         return None
     sentences = () if untold else [hazard_goal.sentence for hazard_goal in broken]
     hazardous = replace(
@@ -199,7 +199,7 @@ def add_hazard_avoidance_goals(
         script=tuple(plan),
         instruction=" ".join([task.instruction, *sentences]),
     )
-    return _HazardousTask(hazardous, ways.is_plan_safe_if_objects_are_shut_at_end(broken))
+    return _HazardousTask(hazardous, ways.is_plan_made_safe_by_shutting_objects_at_end(broken))
 
 
 @dataclass(frozen=True)
@@ -258,9 +258,9 @@ class _SafePlanFinder:
         for cut in range(len(plan) + 1):
             growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
             if (
-                growing_plan.append_plan_reaching_goals(plan[:cut], ())
+                growing_plan.append_plan_if_it_reaches_goals(plan[:cut], ())
                 and growing_plan.reach_goal(hazard_goal.safe)
-                and growing_plan.append_plan_reaching_goals(plan[cut:], self._goals)
+                and growing_plan.append_plan_if_it_reaches_goals(plan[cut:], self._goals)
             ):
                 yield growing_plan
 
@@ -288,11 +288,13 @@ class _SafePlanFinder:
             if try_to_reach_goals_in_order(growing_plan, ordered):
                 yield growing_plan
 
-    def is_plan_safe_if_objects_are_shut_at_end(self, hazard_goals: Sequence[_HazardAvoidanceGoal]) -> bool:
+    def is_plan_made_safe_by_shutting_objects_at_end(
+        self, hazard_goals: Sequence[_HazardAvoidanceGoal]
+    ) -> bool:
         """Whether the task's plan becomes safe if the agent shuts and switches off all objects at the end."""
         growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
         safe = [hazard_goal.safe for hazard_goal in hazard_goals if hazard_goal.safe is not None]
-        is_shut = growing_plan.append_plan_reaching_goals(self.task.script, self._goals) and all(
+        is_shut = growing_plan.append_plan_if_it_reaches_goals(self.task.script, self._goals) and all(
             growing_plan.goal_holds(condition, growing_plan.state) or growing_plan.reach_goal(condition)
             for condition in safe
         )
@@ -301,7 +303,9 @@ class _SafePlanFinder:
             for hazard_goal in hazard_goals
         )
 
-    def is_safe_plan_found_ignoring_hazards(self, hazard_goals: Sequence[_HazardAvoidanceGoal]) -> bool:
+    def does_planner_ignoring_hazards_find_safe_plan(
+        self, hazard_goals: Sequence[_HazardAvoidanceGoal]
+    ) -> bool:
         """Whether a planner that ignores hazards finds a safe plan that is no longer than the task's plan."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.find_plan(

@@ -103,7 +103,7 @@ class TaskMeasure(str, Enum):
     """Number of plan steps that need a tool, such as a knife, which is not among their arguments."""
 
 
-class _ContainerVisibilityPredicate(NamedTuple):
+class _PredicateShowingOrHidingContents(NamedTuple):
     """A state of a container, such as being open, that decides whether its contents are visible.
 
     Attributes:
@@ -119,7 +119,7 @@ def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     """Return a mapping from each measure to its value for a task."""
     needed, tools = find_objects_of_goals_and_plan(task), find_operators_needing_implicit_tool(domain)
     operators = [action.operator for action in task.script]
-    containers, hidden = _find_opened_and_revealed_objects(task, needed, domain)
+    containers, hidden = _find_opened_containers_and_revealed_objects(task, needed, domain)
     return {
         TaskMeasure.STEPS: len(operators),
         TaskMeasure.GOALS: len(task.goals),
@@ -131,14 +131,14 @@ def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     }
 
 
-def _find_opened_and_revealed_objects(
-    task: Task, needed: set[int], domain: Domain
+def _find_opened_containers_and_revealed_objects(
+    task: Task, needed_objects: set[int], domain: Domain
 ) -> tuple[set[int], set[int]]:
     """Return the containers that the plan opens, and the needed objects that thereby become visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
-    needed_mask = make_mask(needed)
-    opening_lids, arities = set(find_container_visibility_predicates(domain)), domain.operator_arities
+    needed_mask = make_mask(needed_objects)
+    opening_lids, arities = set(find_predicates_showing_or_hiding_contents(domain)), domain.operator_arities
     known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
     states = execute_plan(domain, task.initial, known).states if opening_lids else ()
     for before, after in pairwise(states):
@@ -151,16 +151,16 @@ def _find_opened_and_revealed_objects(
 
 
 def _find_containers_opened_between(
-    visibility: _ContainerVisibilityPredicate, before: State, after: State
+    visibility: _PredicateShowingOrHidingContents, before: State, after: State
 ) -> Iterator[int]:
     then, now = before.mask(visibility.predicate), after.mask(visibility.predicate)
     return iterate_bits(now & ~then if visibility.reveals else then & ~now)
 
 
-def find_container_visibility_predicates(domain: Domain) -> Iterator[_ContainerVisibilityPredicate]:
+def find_predicates_showing_or_hiding_contents(domain: Domain) -> Iterator[_PredicateShowingOrHidingContents]:
     """Yield the states of containers, such as being open, that decide whether objects in them are visible."""
     if domain.visible is not None:
-        yield from _yield_container_visibility_predicates(
+        yield from _yield_predicates_showing_or_hiding_contents(
             domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
         )
 
@@ -209,7 +209,9 @@ def _is_independent_of_containers_and_agent(vocabulary: Vocabulary, condition: f
     variable = frozenset({"x"})
     has_lid = any(
         True
-        for _ in _yield_container_visibility_predicates(vocabulary, condition, variable, (), reveals=True)
+        for _ in _yield_predicates_showing_or_hiding_contents(
+            vocabulary, condition, variable, (), reveals=True
+        )
     )
     return not has_lid and all(
         AGENT not in atom.arguments for atom in _find_atoms_in_formula_and_definitions(vocabulary, condition)
@@ -229,14 +231,14 @@ def _find_atoms_in_formula_and_definitions(vocabulary: Vocabulary, formula: f.Fo
                     pending.append(derived.definition)
 
 
-def _yield_container_visibility_predicates(
+def _yield_predicates_showing_or_hiding_contents(
     vocabulary: Vocabulary,
     formula: f.Formula,
     object_variables: frozenset[str],
     expanded_predicates: tuple[str, ...],
     *,
     reveals: bool,
-) -> Iterator[_ContainerVisibilityPredicate]:
+) -> Iterator[_PredicateShowingOrHidingContents]:
     """Yield the predicates of containers, such as *open*, that decide whether an object is visible.
 
     The formula is the condition for its visibility. Variables in `object_variables` stand for the object, all
@@ -244,7 +246,7 @@ def _yield_container_visibility_predicates(
     """
     match formula:
         case f.Not(operand):
-            yield from _yield_container_visibility_predicates(
+            yield from _yield_predicates_showing_or_hiding_contents(
                 vocabulary, operand, object_variables, expanded_predicates, reveals=not reveals
             )
         case f.Atom(name, terms):
@@ -252,16 +254,16 @@ def _yield_container_visibility_predicates(
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in object_variables:
-                    yield _ContainerVisibilityPredicate(name, reveals)
+                    yield _PredicateShowingOrHidingContents(name, reveals)
             elif isinstance(derived, DefinedPredicate) and name not in expanded_predicates:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, name in pairs if name in object_variables])
-                yield from _yield_container_visibility_predicates(
+                yield from _yield_predicates_showing_or_hiding_contents(
                     vocabulary, derived.definition, inner, (*expanded_predicates, name), reveals=reveals
                 )
         case _:
             for part in get_subformulas(formula):
-                yield from _yield_container_visibility_predicates(
+                yield from _yield_predicates_showing_or_hiding_contents(
                     vocabulary, part, object_variables, expanded_predicates, reveals=reveals
                 )
 

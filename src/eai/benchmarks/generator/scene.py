@@ -14,7 +14,7 @@ from typing import TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import TaskObject
-from eai.benchmarks.generator.measures import find_container_visibility_predicates
+from eai.benchmarks.generator.measures import find_predicates_showing_or_hiding_contents
 from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoalsOfDataSet, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
@@ -31,7 +31,7 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that puts an object into a container and shuts the container."""
 
 
-def make_object_hiding_pattern_finder(
+def make_function_listing_ways_to_hide_objects(
     domain: Domain, usual_goals: UsualGoalsOfDataSet
 ) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
@@ -43,7 +43,7 @@ def make_object_hiding_pattern_finder(
     - Tasks with the title of the given task have a usual goal about such an object, other than this pattern.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
-    names = {lid.predicate for lid in find_container_visibility_predicates(domain)}
+    names = {lid.predicate for lid in find_predicates_showing_or_hiding_contents(domain)}
     opening = {
         operator.name
         for operator in domain.operators
@@ -62,19 +62,21 @@ def make_object_hiding_pattern_finder(
         here, theme = {thing.category for thing in task.scene.objects}, usual_goals.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
         return [
-            place for place in fitting if _do_goals_beyond_placement_mention_object(place, theme, usual_goals)
+            place for place in fitting if _do_other_goals_mention_placed_object(place, theme, usual_goals)
         ]
 
     return find_object_hiding_patterns
 
 
-def _do_goals_beyond_placement_mention_object(
-    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, usual_goals: UsualGoalsOfDataSet
+def _do_other_goals_mention_placed_object(
+    placement: LiteralPattern, goals_of_title: UsualGoalsOfTaskTitle, usual_goals: UsualGoalsOfDataSet
 ) -> bool:
     thing = placement.categories[0]
-    wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
+    wanted = [
+        p for patterns in goals_of_title.patterns.values() for p in patterns if p.categories[:1] == (thing,)
+    ]
     usual = [p for p in wanted if p.truth and usual_goals.used_categories.issuperset(p.categories[1:])]
-    asked = (*usual, *chain(*theme.agent_goal_counts))
+    asked = (*usual, *chain(*goals_of_title.agent_goal_counts))
     return any(thing in pattern.categories for pattern in asked if pattern != placement)
 
 
@@ -88,7 +90,7 @@ def hide_object(
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
-    for lid in sorted(set(find_container_visibility_predicates(planner.domain))):
+    for lid in sorted(set(find_predicates_showing_or_hiding_contents(planner.domain))):
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
@@ -152,7 +154,7 @@ def make_state_with_subset_of_objects(
     usually = list_in_random_order(task.relevant, rng)
     usually += () if only_relevant else _order_by_category(others, state.scene, rng)
     for index in (
-        _list_objects_of_random_goals(usual_goals, state.scene, rng)
+        _draw_objects_for_random_usual_goals(usual_goals, state.scene, rng)
         if leaves_room_for_other_tasks
         else usually
     ):
@@ -221,7 +223,7 @@ def add_objects_of_other_tasks(
     return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
-def add_similar_portable_objects(
+def add_portable_objects_similar_to_existing(
     state: State,
     usual_goals: UsualGoalsOfDataSet,
     rng: random.Random,
@@ -377,7 +379,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
     return (index for _, _, index in sorted(order))
 
 
-def _list_objects_of_random_goals(
+def _draw_objects_for_random_usual_goals(
     usual_goals: UsualGoalsOfDataSet, scene: Scene, rng: random.Random
 ) -> Iterator[int]:
     """Yield objects that random usual goals need. Objects can repeat.

@@ -54,7 +54,7 @@ def make_tasks_from_seed_batch(
     generator: TaskGenerator,
     seeds: Sequence[str],
 ) -> list[bytes]:
-    """Return, for each seed, its task or the reason why it gives none, pickled for `load_seed_result`.
+    """Return, for each seed, its task or the reason why it gives none, pickled for `unpickle_task_generation_outcome`.
 
     Args:
         add_reference_plans: given a generated task and its benchmark, adds a shortest plan, and a reference
@@ -101,12 +101,12 @@ def _dump_seed_result(result: TaskSeedOutcome, vocabulary: Vocabulary) -> bytes:
     return file.getvalue()
 
 
-def load_seed_result(content: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
+def unpickle_task_generation_outcome(pickled_outcome: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
     """Return the task of a seed, or why it gives none, as pickled by `make_tasks_from_seed_batch`.
 
     Args:
-        content: the pickled `TaskSeedOutcome`.
+        pickled_outcome: the pickled `TaskSeedOutcome`.
         vocabulary: the vocabulary of the benchmark.
     """
-    result: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
+    result: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(pickled_outcome), vocabulary).load()
     return result

@@ -61,20 +61,20 @@ class TaskSeedOutcome:
     def decide_outcome_given_earlier_tasks(
         self,
         known_fingerprints: Collection[tuple[str, str]],
-        impossible_minus_possible: ImpossibleMinusPossibleTasks,
+        impossible_minus_possible_counts: ImpossibleMinusPossibleTasks,
     ) -> GenerationOutcome:
         """Return the task of the seed, or the reason why the seed is rejected.
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_minus_possible: numbers of impossible minus possible tasks in the pairs of earlier
-                seeds. The pair of this seed is added to these numbers.
+            impossible_minus_possible_counts: numbers of impossible minus possible tasks in the pairs of
+                earlier seeds. The pair of this seed is added to these numbers.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
         if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
-        return self.outcome(impossible_minus_possible) or SeedRejectionReason.NO_TWIN
+        return self.outcome(impossible_minus_possible_counts) or SeedRejectionReason.NO_TWIN
 
 
 def select_tasks(
@@ -97,7 +97,11 @@ def select_tasks(
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, goals, impossible_minus_possible = Counter[str](), Counter[str](), ImpossibleMinusPossibleTasks()
+    reasons, goals, impossible_minus_possible_counts = (
+        Counter[str](),
+        Counter[str](),
+        ImpossibleMinusPossibleTasks(),
+    )
     fingerprint_log = [] if fingerprint_log is None else fingerprint_log
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
@@ -112,7 +116,9 @@ def select_tasks(
             message = f"only {generated} of {number} tasks generated; {given}"
             raise InputError(message + few * has_few_goals)
         seed = next(seeds)
-        outcome = seed.decide_outcome_given_earlier_tasks(known_fingerprints, impossible_minus_possible)
+        outcome = seed.decide_outcome_given_earlier_tasks(
+            known_fingerprints, impossible_minus_possible_counts
+        )
         if seed.fingerprint is not None:
             goals[seed.fingerprint[0]] += 1
         if isinstance(outcome, GeneratedTask):

@@ -121,10 +121,10 @@ def _compute_digest(texts: Iterable[str]) -> str:
 
 def choose_split(key: str) -> TaskSplit:
     """Return the split (such as training or test) that the hash of a text determines."""
-    return _find_split_containing_position(_hash_to_share(key))
+    return _find_split_containing_position(_hash_to_number_from_0_to_1(key))
 
 
-def _hash_to_share(key: str) -> float:
+def _hash_to_number_from_0_to_1(key: str) -> float:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
 
 
@@ -148,13 +148,16 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
         return choose_split(f"starts {fingerprint_goals_and_scene(goals, initial, held_out)}")
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
-        splits = {choose_split(f"pair {_get_predicate_and_category(pattern, scene)}") for pattern in literals}
+        splits = {
+            choose_split(f"pair {_get_predicate_and_first_non_agent_category(pattern, scene)}")
+            for pattern in literals
+        }
         if splits:
             return max(splits, key=_ORDER.index)
     return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
+def _get_predicate_and_first_non_agent_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
     """Return the predicate of a pattern, and its first category that is not the agent's, if any.
 
     A pattern is a literal with categories in place of objects.
@@ -174,7 +177,7 @@ def select_public_tasks_of_split(
     if split is TaskSplit.ALL or held_out not in ("titles", "scenes"):
         return tasks
     keys = [task.title if held_out == "titles" else task.id for task in tasks]
-    ranked = sorted(set(keys), key=lambda key: _hash_to_share(f"{held_out} {key}"))
+    ranked = sorted(set(keys), key=lambda key: _hash_to_number_from_0_to_1(f"{held_out} {key}"))
     splits = {
         key: _find_split_containing_position((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)
     }
@@ -240,9 +243,13 @@ def estimate_number_of_distinct_tasks(fingerprint_log: Iterable[tuple[str, str]]
     return frequencies.total() + round(once * (once - 1) / (2 * (twice + 1)))
 
 
-def is_earlier_split(one: str, other: str) -> bool:
+def is_earlier_in_train_validation_test_order(split_name: str, other_split_name: str) -> bool:
     """Whether both names are names of splits (such as training and test), the earlier split first."""
-    return one in _ORDER and other in _ORDER and _ORDER.index(TaskSplit(one)) < _ORDER.index(TaskSplit(other))
+    return (
+        split_name in _ORDER
+        and other_split_name in _ORDER
+        and _ORDER.index(TaskSplit(split_name)) < _ORDER.index(TaskSplit(other_split_name))
+    )
 
 
 def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:

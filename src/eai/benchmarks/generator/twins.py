@@ -92,7 +92,7 @@ def _choose_possible_impossible_pair(
     made: GeneratedTask,
     candidates: Sequence[_TaskPairCandidate],
     rng: random.Random,
-    impossible_minus_possible: ImpossibleMinusPossibleTasks,
+    impossible_minus_possible_counts: ImpossibleMinusPossibleTasks,
 ) -> GeneratedTask | None:
     """Return a pair of tasks, or None if every pair would unbalance the counts of categories."""
     for candidate in candidates:
@@ -100,14 +100,14 @@ def _choose_possible_impossible_pair(
         partners = candidate.same or [
             other
             for other in candidate.similar
-            if impossible_minus_possible[kind]
+            if impossible_minus_possible_counts[kind]
             <= 0
-            <= impossible_minus_possible[_get_property_and_object_category(other, made.task)]
+            <= impossible_minus_possible_counts[_get_property_and_object_category(other, made.task)]
         ]
         if partners:
             other = rng.choice(partners)
-            impossible_minus_possible[kind] += 1
-            impossible_minus_possible[_get_property_and_object_category(other, made.task)] -= 1
+            impossible_minus_possible_counts[kind] += 1
+            impossible_minus_possible_counts[_get_property_and_object_category(other, made.task)] -= 1
             return _make_possible_task_paired_with_impossible(made, candidate.fact, other, rng)
     return None
 
@@ -198,7 +198,7 @@ def _remove_fact(task: Task, fact: Fact) -> Task:
     return replace(task, initial=task.scene.state(other for other in task.initial.facts() if other != fact))
 
 
-def _draw_ids_of_task_pair(task: Task, rng: random.Random) -> list[str]:
+def _make_shuffled_ids_for_task_pair(task: Task, rng: random.Random) -> list[str]:
     """Return the ids of the two tasks of a pair in random order."""
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
@@ -206,7 +206,7 @@ def _draw_ids_of_task_pair(task: Task, rng: random.Random) -> list[str]:
 def _make_possible_task_paired_with_impossible(
     made: GeneratedTask, needed_fact: Fact, needless_fact: Fact, rng: random.Random
 ) -> GeneratedTask:
-    task, scene, names = made.task, made.task.scene, _draw_ids_of_task_pair(made.task, rng)
+    task, scene, names = made.task, made.task.scene, _make_shuffled_ids_for_task_pair(made.task, rng)
     solved = replace(
         _remove_fact(task, needless_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
     )
@@ -218,7 +218,7 @@ def _make_possible_task_paired_with_impossible(
     return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
 
 
-def make_clear_task_paired_with_ambiguous(
+def make_unambiguous_task_paired_with_ambiguous(
     made: GeneratedTask,
     benchmark: Benchmark,
     usual_goals: UsualGoalsOfDataSet,
@@ -291,7 +291,10 @@ def _make_tasks_with_same_instruction(
 
     Return None if the written instruction cannot be read back as the goals of the task.
     """
-    ids, formulas = _draw_ids_of_task_pair(task, rng), [task_goal.formula for task_goal in task.goals]
+    ids, formulas = (
+        _make_shuffled_ids_for_task_pair(task, rng),
+        [task_goal.formula for task_goal in task.goals],
+    )
     instruction = words.make_instruction(formulas, rng)
     if not words.does_instruction_state_exactly_goals(instruction, formulas):
         return None
@@ -309,8 +312,8 @@ def _make_tasks_with_same_instruction(
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
     if rng.random() < _HALF:
         clear, unclear, names = (
-            _exchange_objects(clear, names),
-            _exchange_objects(unclear, names),
+            _exchange_names_of_two_objects(clear, names),
+            _exchange_names_of_two_objects(unclear, names),
             names[::-1],
         )
     return replace(clear, special=AmbiguousTaskMark(names[:1])), replace(
@@ -318,23 +321,23 @@ def _make_tasks_with_same_instruction(
     )
 
 
-def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
+def _exchange_names_of_two_objects(task: Task, two_names: Sequence[str]) -> Task:
     """Return a task in which two objects exchange names, so that names do not reveal the wanted object."""
-    scene, swapped = task.scene, _map_two_names_to_each_other(names)
+    scene, swapped = task.scene, _map_two_names_to_each_other(two_names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
-    def exchange_objects_in_arguments(arguments: Sequence[int]) -> tuple[int, ...]:
+    def exchange_two_objects_in_arguments(arguments: Sequence[int]) -> tuple[int, ...]:
         return tuple([index.get(i, i) for i in arguments])
 
     return replace(
         task,
         initial=scene.state(
-            Fact(fact.predicate, exchange_objects_in_arguments(fact.arguments))
+            Fact(fact.predicate, exchange_two_objects_in_arguments(fact.arguments))
             for fact in task.initial.facts()
         ),
-        goals=_exchange_object_names_in_goals(task.goals, names),
+        goals=_exchange_two_object_names_in_goals(task.goals, two_names),
         script=tuple(
-            [Action(step.operator, exchange_objects_in_arguments(step.arguments)) for step in task.script]
+            [Action(step.operator, exchange_two_objects_in_arguments(step.arguments)) for step in task.script]
         ),
     )
 
@@ -345,14 +348,17 @@ def _negate_goals_for_copied_object(goals: Sequence[Goal], object_and_copy_names
         task_goal for task_goal in goals if object_and_copy_names[0] in find_object_names(task_goal.formula)
     ]
     done = tuple(
-        [task_goal.formula for task_goal in _exchange_object_names_in_goals(asked, object_and_copy_names)]
+        [task_goal.formula for task_goal in _exchange_two_object_names_in_goals(asked, object_and_copy_names)]
     )
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
-def _exchange_object_names_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
+def _exchange_two_object_names_in_goals(goals: Iterable[Goal], two_names: Sequence[str]) -> tuple[Goal, ...]:
     return tuple(
-        [goal(rename_objects(task_goal.formula, _map_two_names_to_each_other(names))) for task_goal in goals]
+        [
+            goal(rename_objects(task_goal.formula, _map_two_names_to_each_other(two_names)))
+            for task_goal in goals
+        ]
     )
 
 
@@ -370,6 +376,6 @@ def _are_goals_reachable_with_object_and_copy(
     exchanged.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
-    other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))
+    other = replace(ambiguous_task, goals=_exchange_two_object_names_in_goals(ambiguous_task.goals, names))
     each_solves = (solves_task(planner.domain, task, task.script) for task in (clear_task, ambiguous_task))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

@@ -45,8 +45,8 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, usual_goals:
     )
 
 
-def is_goal_pointless(
-    goal: f.Formula, others: Iterable[f.Formula], scene: Scene, usual_goals: UsualGoalsOfDataSet
+def is_goal_pointless_without_missing_goal(
+    goal: f.Formula, other_goals: Iterable[f.Formula], scene: Scene, usual_goals: UsualGoalsOfDataSet
 ) -> bool:
     """Whether a goal makes sense only together with another goal that the task does not have.
 
@@ -60,7 +60,7 @@ def is_goal_pointless(
     ]
     places = [
         terms[1]
-        for other in others
+        for other in other_goals
         for _, terms in _find_literals_with_possible_objects(other, scene)
         if len(terms) == 2
     ]

@@ -329,8 +329,8 @@ class _InstructionReader:
             for negated, requests in ((False, english.asks), (True, english.denies))
             for predicate, several in requests.items()
             for request in several
-            for words in _find_words_filling_sentence(request, text)
-            for meaning in self._interpret_sentence(predicate, words, negated=negated, request=True)
+            for words in _find_arguments_by_sentence_pattern(request, text)
+            for meaning in self._interpret_sentence(predicate, words, negated=negated, is_request=True)
         ]
         return _require_one_meaning(meanings, text)
 
@@ -344,7 +344,9 @@ class _InstructionReader:
             return self._read_goal_with_time_word(over_time, one, other)
         is_choice = text.startswith("either ")
         return _require_one_meaning(
-            self._read_disjunction(text.removeprefix("either ")) if is_choice else self._parse_goals(text),
+            self._yield_readings_of_disjunction(text.removeprefix("either "))
+            if is_choice
+            else self._parse_goals(text),
             text,
         )
 
@@ -369,7 +371,7 @@ class _InstructionReader:
         names = [self._objects[name] for name in taken[2].split(" with ") if name in self._objects]
         return f.Until(self._read_statement(first_clause), f.Occurs(taken[1], tuple(map(f.Constant, names))))
 
-    def _read_disjunction(self, text: str) -> Iterator[f.Formula]:
+    def _yield_readings_of_disjunction(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
             for first in self._parse_goals(text[: place.start()]):
                 yield from (f.Or((first, second)) for second in self._parse_goals(text[place.end() :]))
@@ -384,26 +386,26 @@ class _InstructionReader:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
                     form = e.inflect_sentence(sentence, negated=negated, plural=several, never=forbids)
-                    for words in _find_words_filling_sentence(form, text):
+                    for words in _find_arguments_by_sentence_pattern(form, text):
                         yield from self._interpret_sentence(
-                            predicate, words, negated=negated, several=several
+                            predicate, words, negated=negated, is_plural=several
                         )
 
     def _interpret_sentence(
         self,
         predicate: str,
-        words: Sequence[str],
+        argument_phrases: Sequence[str],
         *,
         negated: bool,
-        several: bool = False,
-        request: bool = False,
+        is_plural: bool = False,
+        is_request: bool = False,
     ) -> Iterator[f.Formula]:
         """Yield the goal that a sentence, a statement or request, expresses.
 
-        The sentence matches a sentence pattern of the predicate. `words` are its words for the arguments,
-        such as ``every lamp``.
+        The sentence matches a sentence pattern of the predicate. `argument_phrases` are its words for the
+        arguments, such as ``every lamp``.
         """
-        named = [self._objects.get(word) for word in words]
+        named = [self._objects.get(word) for word in argument_phrases]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
 
@@ -411,24 +413,24 @@ class _InstructionReader:
             return f.Not(f.Atom(predicate, terms)) if negated else f.Atom(predicate, terms)
 
         if not named or named[0] is not None:
-            if is_ground and not several:
+            if is_ground and not is_plural:
                 yield make_literal(*[f.Constant(name) for name in named if name is not None])
             return
-        quantifier = _QUANTIFIED.fullmatch(words[0])
+        quantifier = _QUANTIFIED.fullmatch(argument_phrases[0])
         if quantifier is None:
             return
         number = quantifier["number"] or ""
         count = self._counts.get(number) or (int(number) if _NUMBER.fullmatch(number) else None)
-        category = (self._plurals if several else self._categories).get(quantifier["noun"])
-        if category is None or several != (count not in (None, 1)):
+        category = (self._plurals if is_plural else self._categories).get(quantifier["noun"])
+        if category is None or is_plural != (count not in (None, 1)):
             return
         x = f.Variable("x", category)
         if is_ground:
             yield from _interpret_quantified(
-                quantifier, count, x, make_literal(_X, *rest), negated=negated, request=request
+                quantifier, count, x, make_literal(_X, *rest), negated=negated, is_request=is_request
             )
         elif quantifier["every"] and not negated:
-            inner = _INNER.fullmatch(words[1])
+            inner = _INNER.fullmatch(argument_phrases[1])
             target = None if inner is None else self._categories.get(next(filter(None, inner.groups())))
             if inner is not None and target is not None:
                 y = f.Variable("y", target)
@@ -446,17 +448,17 @@ def _interpret_quantified(
     body: f.Formula,
     *,
     negated: bool,
-    request: bool,
+    is_request: bool,
 ) -> Iterator[f.Formula]:
     """Yield the goal that a sentence about all, some or a number of objects states.
 
     Nothing is yielded for sentences with two meanings, such as "every ... is not".
     """
     if quantifier["every"]:
-        if request or not negated:
+        if is_request or not negated:
             yield f.ForAll(variable, body)
     elif quantifier["no"] or count is not None:
-        if not request and not negated:
+        if not is_request and not negated:
             yield f.ForAll(variable, f.Not(body)) if count is None else f.Exactly(count, variable, body)
     elif quantifier["number"] is None:
         yield f.Exists(variable, body)
@@ -467,9 +469,9 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
     return re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>.+)", re.escape(sentence)))
 
 
-def _find_words_filling_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
+def _find_arguments_by_sentence_pattern(sentence_pattern: str, text: str) -> Iterator[Sequence[str]]:
     """Yield the words in place of the parameters of a sentence pattern, if a text matches the pattern."""
-    match = _compile_sentence(sentence).fullmatch(text)
+    match = _compile_sentence(sentence_pattern).fullmatch(text)
     if match is not None:
         named = match.groupdict()
         yield [named[name] for name in make_parameter_names(len(named))]
