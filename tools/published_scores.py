@@ -258,7 +258,11 @@ def play_with_null_agent(suite: Suite, model: str) -> Iterator[Response]:
     episodes = EpisodeFactory(suite.benchmark, STANDARD)
     for task_id, task in suite.tasks.items():
         is_playable = task.unplannable_reason is None
-        commands = episodes.play_agent(model.removeprefix("eai/"), task, 0, 1) if is_playable else [DONE]
+        commands = (
+            episodes.play_episode_and_return_commands(model.removeprefix("eai/"), task, 0, 1)
+            if is_playable
+            else [DONE]
+        )
         yield Response(task_id, "\n".join(commands))
 
 

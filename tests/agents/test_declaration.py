@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.agents.declaration import ACTING
-from eai.agents.play import EpisodeAnswer, EpisodeFactory, read_episode
+from eai.agents.play import EpisodeFactory, StoredEpisode, read_episode
 from eai.agents.setting import AgentSetting
 from eai.tasks.source import Source
 from processes import eai
@@ -41,7 +41,7 @@ def test_another_ability_that_takes_turns_is_played_scored_and_reported(
     (answers,) = (runs / "lamps" / "walking").rglob("*_outputs.json")
     episodes = [read_episode(answer["llm_output"]) for answer in json.loads(answers.read_text())]
     for episode in episodes:
-        assert isinstance(episode, EpisodeAnswer)
+        assert isinstance(episode, StoredEpisode)
         assert episode.rules is not None
         assert (episode.rules.view, bool(episode.turns)) == ("task", True)
     again = eai("score", answers, *SUITE, "--out", tmp_path / "again", "--json", **distribution)

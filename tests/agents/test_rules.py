@@ -15,9 +15,9 @@ from eai.abilities.experiment import Experiment
 from eai.agents.episode_server import open_episode_server
 from eai.agents.play import (
     RULE_NAMES,
-    EpisodeAnswer,
     EpisodeFactory,
     RecordedGame,
+    StoredEpisode,
     make_game_rules,
     make_label_of_nonstandard_rules,
     read_episode,
@@ -82,7 +82,7 @@ def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: 
     play = EpisodeFactory(SWITCHES, setting).begin_episode(SUITE.tasks["both"])
     play.play_command("PRESS(lamp)")
     episode = read_episode(play.write_as_json_text("stopped"))
-    assert isinstance(episode, EpisodeAnswer)
+    assert isinstance(episode, StoredEpisode)
     assert make_label_of_nonstandard_rules(episode) == (setting.label or None)
 
 
@@ -120,7 +120,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
     for name, value in others.items():
         text = json.dumps({"turns": [{"said": "DONE"}], "rules": {**standard, name: value}})
         episode = read_episode(text)
-        assert isinstance(episode, EpisodeAnswer)
+        assert isinstance(episode, StoredEpisode)
         assert make_label_of_nonstandard_rules(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
     for text in (
         "DONE",
@@ -128,7 +128,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         json.dumps({"turns": [], "rules": standard, "seed": 7, "epoch": 3}),
     ):
         episode = read_episode(text)
-        assert isinstance(episode, EpisodeAnswer)
+        assert isinstance(episode, StoredEpisode)
         assert make_label_of_nonstandard_rules(episode) is None
 
 

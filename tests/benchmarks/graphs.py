@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eai.benchmarks.virtualhome.records import Edge, GraphDelta, ObjectRecord, TaskRecord
+from eai.benchmarks.virtualhome.records import Edge, GraphDelta, SceneObjectRecord, TaskRecord
 
 ORDERED = ("ON", "INSIDE")
 
 
 @dataclass(frozen=True)
 class PlainGraph:
-    objects: dict[int, ObjectRecord]
+    objects: dict[int, SceneObjectRecord]
     edges: list[Edge]
 
     def targets(self) -> dict[tuple[int, str], list[int]]:

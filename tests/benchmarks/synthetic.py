@@ -21,7 +21,7 @@ from eai.benchmarks.reference_wheel import (
     PROMPTS,
     RESOURCES,
     TEMPLATE_SOURCE,
-    get_wheel_path_by_pack_file,
+    map_data_pack_files_to_wheel_paths,
 )
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -123,7 +123,7 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     copied = [
         file
         for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS)
-        for file in get_wheel_path_by_pack_file(pack).values()
+        for file in map_data_pack_files_to_wheel_paths(pack).values()
     ]
     contents = dict.fromkeys(copied, b"[]")
     for task in made:
@@ -134,13 +134,15 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
         contents[f"{PROGRAMS}executable_programs/{SCENE}{task.id}.txt"] = task.script.encode()
         contents[f"{PROBLEMS}{task.title.replace(' ', '_')}/{task.id}.pddl"] = b"(define)"
     contents[GOALS] = json.dumps({"scene_1": goals}).encode()
-    contents[get_wheel_path_by_pack_file(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
-    contents[get_wheel_path_by_pack_file(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
+    contents[map_data_pack_files_to_wheel_paths(RESOURCES)["success_task.json"]] = json.dumps(
+        [made[0].id]
+    ).encode()
+    contents[map_data_pack_files_to_wheel_paths(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
     prompts = [{"identifier": f"scene_1_{made[0].id}", "llm_prompt": "?"}]
     contents[TEMPLATE_SOURCE] = b'prompt = """<goal_str>"""'
-    contents[get_wheel_path_by_pack_file(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(
-        prompts
-    ).encode()
+    contents[map_data_pack_files_to_wheel_paths(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = (
+        json.dumps(prompts).encode()
+    )
     return contents
 
 

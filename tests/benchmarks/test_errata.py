@@ -68,7 +68,7 @@ def check_no_plan_exists(entry: _Erratum, store: DataPackStore) -> None:
         suite = open_corrected_suite(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            domain = suite.benchmark.subgoal_notation().get_domain_that_executes_subgoals()
+            domain = suite.benchmark.subgoal_notation().get_domain_for_executing_subgoals()
         fill = [
             operator
             for operator in domain.operators

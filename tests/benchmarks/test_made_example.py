@@ -108,8 +108,8 @@ def test_objects_are_listed_once_with_all_their_kinds(taxis: Benchmark) -> None:
 
 
 def test_a_public_benchmark_keeps_the_examples_of_its_data_set() -> None:
-    assert find_benchmark("virtualhome").has_names_in_prompts_from_declaration is False
-    assert toys().has_names_in_prompts_from_declaration
+    assert find_benchmark("virtualhome").uses_declared_names_in_prompts is False
+    assert toys().uses_declared_names_in_prompts
 
 
 def test_a_vocabulary_without_predicates_has_no_example() -> None:

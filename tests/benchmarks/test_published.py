@@ -15,7 +15,7 @@ from eai.benchmarks.packs import open_pack
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.published import (
     TransitionTasks,
-    open_behavior_operator_tasks,
+    open_behavior_transition_tasks,
     open_virtualhome_transition_tasks,
 )
 from eai.benchmarks.reference_wheel import PROMPTS, SCENE_PREFIX
@@ -44,7 +44,7 @@ def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: DataP
 
 
 def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: DataPackStore) -> None:
-    assert count_categories(open_behavior_operator_tasks(Source(data_store))) == {
+    assert count_categories(open_behavior_transition_tasks(Source(data_store))) == {
         "object_states": 45,
         "spatial_relations": 94,
         "non_spatial_relations": 61,

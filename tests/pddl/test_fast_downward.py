@@ -16,7 +16,7 @@ import pytest
 
 from eai.base.errors import DataError
 from eai.base.store import DataPackStore
-from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
+from eai.benchmarks.published import open_behavior_transition_tasks, open_virtualhome_transition_tasks
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.check import PddlDeclarations, check_action
@@ -198,7 +198,7 @@ def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
 ) -> None:
     virtualhome, behavior = (
         list(open_virtualhome_transition_tasks(Source(data_store)).values()),
-        list(open_behavior_operator_tasks(Source(data_store)).values()),
+        list(open_behavior_transition_tasks(Source(data_store)).values()),
     )
     for task in (*virtualhome[::40], *behavior[::25]):
         made = full_task(task)

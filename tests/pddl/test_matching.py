@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.base.store import DataPackStore
-from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
+from eai.benchmarks.published import open_behavior_transition_tasks, open_virtualhome_transition_tasks
 from eai.pddl.matching import (
     ClauseComparison,
     find_predicates_in_text,
@@ -153,7 +153,7 @@ def test_a_missing_operator_misses_all_its_clauses() -> None:
 def test_every_gold_operator_matches_itself_in_full(data_store: DataPackStore) -> None:
     for tasks in (
         open_virtualhome_transition_tasks(Source(data_store)),
-        open_behavior_operator_tasks(Source(data_store)),
+        open_behavior_transition_tasks(Source(data_store)),
     ):
         for name, text in next(iter(tasks.values())).domain.operators.items():
             action = read_action(text.write_pddl)
@@ -166,7 +166,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: DataPackStore) -
 def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_store: DataPackStore) -> None:
     for tasks in (
         open_virtualhome_transition_tasks(Source(data_store)),
-        open_behavior_operator_tasks(Source(data_store)),
+        open_behavior_transition_tasks(Source(data_store)),
     ):
         for text in next(iter(tasks.values())).domain.operators.values():
             action = read_action(text.write_pddl)

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from eai.base.store import DataPackStore
-from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
+from eai.benchmarks.published import open_behavior_transition_tasks, open_virtualhome_transition_tasks
 from eai.logic.formula import TRUE
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
@@ -147,7 +147,7 @@ def with_gold_operators(task: TransitionTask) -> PlanningTask:
 def gold_tasks(store: DataPackStore) -> list[TransitionTask]:
     return [
         *open_virtualhome_transition_tasks(Source(store)).values(),
-        *open_behavior_operator_tasks(Source(store)).values(),
+        *open_behavior_transition_tasks(Source(store)).values(),
     ]
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from eai.base.errors import DataError
 from eai.base.store import DataPackStore
-from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
+from eai.benchmarks.published import open_behavior_transition_tasks, open_virtualhome_transition_tasks
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask
@@ -39,7 +39,7 @@ def made(task: TransitionTask) -> PlanningTask:
 def test_plans_for_the_gold_operators(val: Path, data_store: DataPackStore) -> None:
     source = Source(data_store)
     tasks = [*open_virtualhome_transition_tasks(source).values()][::6] + [
-        *open_behavior_operator_tasks(source).values()
+        *open_behavior_transition_tasks(source).values()
     ][::4]
     checked = 0
     for task in tasks:

@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
-from eai.agents.scorer import StateAndTakenActions, find_goal_reachability_and_loss_turn
+from eai.agents.scorer import StateAndTakenActions, find_if_and_when_goals_become_unreachable
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates, PddlState
 from eai.pddl.search import search
@@ -113,7 +113,7 @@ def check_outlook(world: World, random: Random) -> None:
     visited = walk(world, random)
     states = [state for _, state in visited]
     moments: list[StateAndTakenActions] = [(engine, ()) for engine, _ in visited]
-    outlook, lost_at = find_goal_reachability_and_loss_turn(
+    outlook, lost_at = find_if_and_when_goals_become_unreachable(
         world.task, world.domain, moments, EVERYTHING.states
     )
     lost = [state not in world.distances for state in states]

@@ -16,7 +16,7 @@ from eai.base.errors import EaiError, InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
-from eai.run.tasks import _SamplesFedToInspect, find_model
+from eai.run.tasks import _SamplesFedToInspect, open_model_at_endpoint
 from eai.studies.variation import ModelEndpoint
 from protocols import PROTOCOLS
 from suites import official_prompts
@@ -120,5 +120,5 @@ def test_an_error_of_a_provider_keeps_its_text(message: str, monkeypatch: pytest
 
     monkeypatch.setattr("eai.run.tasks.get_model", fail)
     with pytest.raises(EaiError) as error:
-        find_model(ModelEndpoint("vllm/m"))
+        open_model_at_endpoint(ModelEndpoint("vllm/m"))
     assert str(error.value) == f"cannot open the model vllm/m: {message}"

@@ -127,17 +127,17 @@ def _make_question_and_answer(domain_and_notation: DomainAndNotation, task: Task
     return make_question_and_winning_answer(domain_and_notation, task)
 
 
-def _read_harness_and_game_rules_of_episode(answer: str) -> Experiment | None:
+def _read_harness_and_game_rules_of_episode(episode_text: str) -> Experiment | None:
     """Return the game rules of an episode and its harness, the program that let the model act.
 
     Return None if the answer is not an episode with turns.
 
     The import is delayed, so that reports start fast.
     """
-    from eai.agents.play import EpisodeAnswer, make_label_of_nonstandard_rules, read_episode
+    from eai.agents.play import StoredEpisode, make_label_of_nonstandard_rules, read_episode
 
-    episode = read_episode(answer)
-    if not isinstance(episode, EpisodeAnswer) or not episode.turns:
+    episode = read_episode(episode_text)
+    if not isinstance(episode, StoredEpisode) or not episode.turns:
         return None
     return Experiment(harness=episode.harness or None, rules=make_label_of_nonstandard_rules(episode))
 

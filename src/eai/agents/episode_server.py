@@ -26,7 +26,7 @@ from eai.base.files import (
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import Suite
 from eai.results.responses import COLUMNS, LINES
-from eai.results.trials import AnswerKey
+from eai.results.trials import TaskIdAndEpoch
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
@@ -35,7 +35,7 @@ HARNESS = "mcp"
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
-def find_journal_path(folder: Path, key: AnswerKey) -> Path:
+def find_journal_path(folder: Path, key: TaskIdAndEpoch) -> Path:
     """Return the path of an episode's journal, the file of its commands, in the folder of the server."""
     return folder / _EPISODES / str(key[1]) / f"{quote(key[0], safe='')}{_ENDING}"
 
@@ -44,7 +44,7 @@ def find_journal_path(folder: Path, key: AnswerKey) -> Path:
 def open_episode_server(
     folder: Path,
     suite: Suite,
-    episode_keys: Sequence[AnswerKey],
+    episode_keys: Sequence[TaskIdAndEpoch],
     setting: AgentSetting = STANDARD,
     agent: str = "agent",
 ) -> Iterator[EpisodeServer]:
@@ -90,20 +90,20 @@ class EpisodeServer:
         self,
         folder: Path,
         suite: Suite,
-        episode_keys: Sequence[AnswerKey],
+        episode_keys: Sequence[TaskIdAndEpoch],
         factory: EpisodeFactory,
         agent: str,
     ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
         self._key = read_key_that_seals_journals(folder)
         self._factory = factory
-        self._open: dict[AnswerKey, tuple[RecordedGame, EpisodeJournal]] = {}
-        self._written: set[AnswerKey] = set()
+        self._open: dict[TaskIdAndEpoch, tuple[RecordedGame, EpisodeJournal]] = {}
+        self._written: set[TaskIdAndEpoch] = set()
         self.episode_keys = episode_keys
         self.tickets = {self._make_episode_access_token(key): key for key in episode_keys}
         self._write_answers()
 
-    def play_command(self, key: AnswerKey, command: str) -> str:
+    def play_command(self, key: TaskIdAndEpoch, command: str) -> str:
         """Carry out a command in an episode. Return the observation.
 
         The command `LOOK` before the first action returns the whole question.
@@ -124,7 +124,7 @@ class EpisodeServer:
             self._append_ended_episode_to_response_file(key)
         return observation
 
-    def draw_pictures_of_current_world(self, key: AnswerKey) -> tuple[Image, ...]:
+    def draw_pictures_of_current_world(self, key: TaskIdAndEpoch) -> tuple[Image, ...]:
         """Return pictures of an episode's present world (`RecordedGame.draw_pictures_of_current_world`)."""
         return self._open_episode(key)[0].draw_pictures_of_current_world()
 
@@ -156,37 +156,40 @@ class EpisodeServer:
         begun = self._find_begun_episodes()
         write_files_atomically(
             group_pairs(
-                (self._get_episode_response_path(episode), self._format_answer_line(episode))
+                (
+                    self._get_episode_response_path(episode),
+                    self._format_episode_as_response_file_line(episode),
+                )
                 for episode in begun
             )
         )
         self._written.update(begun)
 
-    def _append_ended_episode_to_response_file(self, key: AnswerKey) -> None:
+    def _append_ended_episode_to_response_file(self, key: TaskIdAndEpoch) -> None:
         """Append an episode that has ended to the response file."""
         self._written.add(key)
         with (
             raise_write_errors_as_input_errors(self._get_episode_response_path(key)),
             self._get_episode_response_path(key).open("a", encoding="utf-8") as file,
         ):
-            file.write(self._format_answer_line(key))
+            file.write(self._format_episode_as_response_file_line(key))
 
-    def _get_episode_response_path(self, key: AnswerKey) -> Path:
+    def _get_episode_response_path(self, key: TaskIdAndEpoch) -> Path:
         """Return the path of an episode's response file. All tasks' episodes of one epoch share a file."""
         epoch = key[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
-    def _format_answer_line(self, key: AnswerKey) -> str:
+    def _format_episode_as_response_file_line(self, key: TaskIdAndEpoch) -> str:
         path = find_journal_path(self._folder, key)
         text = read_journal(path, self._key, must_be_ended=False)
         if getattr(read_episode(text), "rules", None) != self._factory.rules:
             raise InputError(f"{path}: this episode was played with other agent options; give another --out")
         return json.dumps(dict(zip(COLUMNS, (key[0], text), strict=True))) + "\n"
 
-    def _find_begun_episodes(self) -> list[AnswerKey]:
+    def _find_begun_episodes(self) -> list[TaskIdAndEpoch]:
         """Return all episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
-        begun: list[AnswerKey] = []
+        begun: list[TaskIdAndEpoch] = []
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
@@ -198,7 +201,7 @@ class EpisodeServer:
                 begun.append((task_id, int(path.parent.name)))
         return sorted(begun, key=lambda key: (key[1], order[key[0]]))
 
-    def _open_episode(self, key: AnswerKey) -> tuple[RecordedGame, EpisodeJournal]:
+    def _open_episode(self, key: TaskIdAndEpoch) -> tuple[RecordedGame, EpisodeJournal]:
         """Return an episode with its journal (file of commands). Begin the episode if it has not begun."""
         if key not in self._open:
             task_id, epoch = key
@@ -211,6 +214,6 @@ class EpisodeServer:
             self._open[key] = game, EpisodeJournal(path, self._key, game)
         return self._open[key]
 
-    def _make_episode_access_token(self, key: AnswerKey) -> str:
+    def _make_episode_access_token(self, key: TaskIdAndEpoch) -> str:
         """Return the ticket (access token) of an episode. A restart of the server does not change it."""
         return hmac.new(self._key, f"ticket {key[1]} {key[0]}".encode(), "sha256").hexdigest()

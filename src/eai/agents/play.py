@@ -104,7 +104,9 @@ class EpisodeFactory:
             self.make_setup(task), setting.slip_seed, epoch, harness=setting.harness, begun=start_count
         )
 
-    def play_agent(self, agent_name: str, task: Task, seed: int, epoch: int) -> list[str]:
+    def play_episode_and_return_commands(
+        self, agent_name: str, task: Task, seed: int, epoch: int
+    ) -> list[str]:
         """Let one of `AGENTS` play an episode. Return its commands."""
         game = self.begin_episode(task, epoch)
         agent = AGENTS[agent_name](game, seed + epoch - 1)
@@ -141,7 +143,7 @@ def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     """
     if '"turns"' in answer:
         episode = read_episode(answer)
-        return [turn.said for turn in episode.turns] if isinstance(episode, EpisodeAnswer) else []
+        return [turn.said for turn in episode.turns] if isinstance(episode, StoredEpisode) else []
     plan = benchmark.notation.plans.read(answer, benchmark.domain.operator_arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
@@ -190,7 +192,7 @@ class _CommandInEpisodeText:
 
 
 @dataclass(frozen=True, slots=True)
-class EpisodeAnswer:
+class StoredEpisode:
     """An episode as a stored answer, which a scorer can replay.
 
     Attributes:
@@ -220,11 +222,11 @@ class EpisodeAnswer:
 
 
 @cache
-def _get_episode_adapter() -> TypeAdapter[EpisodeAnswer]:
-    return TypeAdapter(EpisodeAnswer)
+def _get_episode_adapter() -> TypeAdapter[StoredEpisode]:
+    return TypeAdapter(StoredEpisode)
 
 
-def read_episode(text: str) -> EpisodeAnswer | Unreadable:
+def read_episode(text: str) -> StoredEpisode | Unreadable:
     """Read an episode: JSON from `RecordedGame.write_as_json_text`, or one command per line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return _read_command_lines([line.strip() for line in text.splitlines() if line.strip()])
@@ -247,7 +249,7 @@ These texts list the rules in the order of the mapping.
 """
 
 
-def make_label_of_nonstandard_rules(episode: EpisodeAnswer) -> str | None:
+def make_label_of_nonstandard_rules(episode: StoredEpisode) -> str | None:
     """Return a text with the rules of an episode that differ from the standard setting.
 
     The text has the form of `AgentSetting.label`. The result is None if no rule differs. The seed of random
@@ -264,10 +266,10 @@ def make_label_of_nonstandard_rules(episode: EpisodeAnswer) -> str | None:
     )
 
 
-def _read_command_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
+def _read_command_lines(lines: Sequence[str]) -> StoredEpisode | Unreadable:
     if len(lines) > _MAX_TURNS:
         return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
-    return EpisodeAnswer(tuple(map(_CommandInEpisodeText, lines)))
+    return StoredEpisode(tuple(map(_CommandInEpisodeText, lines)))
 
 
 def _replace_surrogates(text: str) -> str:
@@ -302,7 +304,7 @@ class RecordedGame(Game):
         self.harness = harness
         self.without_call = ""
         self._thought = ""
-        self._about = EpisodeAnswer(
+        self._about = StoredEpisode(
             (), setup.rules, seed, epoch, "", begun, hash_text(self.write_first_observation())
         )
 

@@ -111,7 +111,7 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
     return ReferenceSolution(min([*lengths, len(won.commands)]), won.commands)
 
 
-class _WinningCommands(NamedTuple):
+class _CommandsOfWonGame(NamedTuple):
     """Commands of a game that reached all goals, without the final `DONE`.
 
     Attributes:
@@ -123,7 +123,7 @@ class _WinningCommands(NamedTuple):
     actions: tuple[Action, ...]
 
 
-def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
+def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_CommandsOfWonGame]:
     """Let built-in agents play a task without a limit of actions. Yield each game that reaches all goals."""
     endless = setup.copy_setup_without_failures_and_step_limit()
     for name in ("gold", "explorer", "seeker"):
@@ -134,7 +134,7 @@ def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
             commands.append(command)
             actions += [] if game.action is None else [game.action]
         if all(game.reached):
-            yield _WinningCommands(tuple(commands), tuple(actions))
+            yield _CommandsOfWonGame(tuple(commands), tuple(actions))
 
 
 def _has_standard_visibility(rules: GameRules) -> bool:

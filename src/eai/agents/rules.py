@@ -86,7 +86,7 @@ class GameRules(Options):
         return self.model_copy(update=unpaid)
 
     @model_validator(mode="after")
-    def _require_fact_feedback_for_partial_view(self) -> Self:
+    def _require_feedback_with_facts_in_partial_view(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError(
                 "observe=partial needs feedback=facts or feedback=changes, because other feedback "

@@ -21,7 +21,7 @@ from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
-from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
+from eai.agents.play import EpisodeFactory, StoredEpisode, make_game_rules, read_episode
 from eai.agents.reference import make_setup
 from eai.agents.setting import AUTO, STANDARD
 from eai.agents.verdict import EpisodeTurn, EpisodeVerdict, Recoverability
@@ -107,7 +107,7 @@ class _EpisodeScorer(Scorer):
         if excluded is not None:
             return Assessment(EpisodeVerdict(excluded=excluded), lambda: VerdictExplanation((excluded,)))
         read = read_episode(text)
-        episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
+        episode = StoredEpisode(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
         verdict, steps, history = self._replay_episode(
             make_setup(self.task, self.benchmark, rules.rules_for_episode_replay), episode
@@ -118,7 +118,7 @@ class _EpisodeScorer(Scorer):
         return self._make_assessment(verdict, steps, history)
 
     def _replay_episode(
-        self, setup: GameSetup, episode: EpisodeAnswer
+        self, setup: GameSetup, episode: StoredEpisode
     ) -> tuple[EpisodeVerdict, list[StepReport], list[StateAndTakenActions]]:
         game = Game(setup, episode.seed, episode.epoch)
         difference = _describe_observation_difference(
@@ -180,7 +180,7 @@ class _EpisodeScorer(Scorer):
         )
 
     def _make_verdict(
-        self, game: Game, episode: EpisodeAnswer, turns: tuple[EpisodeTurn, ...], ended: str
+        self, game: Game, episode: StoredEpisode, turns: tuple[EpisodeTurn, ...], ended: str
     ) -> EpisodeVerdict:
         """Return the verdict on an episode after the last replayed turn.
 
@@ -221,7 +221,7 @@ class _EpisodeScorer(Scorer):
                 return replace(verdict, outlook="unknown")
             if verdict.success:
                 return replace(verdict, outlook="open")
-            outlook, lost_at = find_goal_reachability_and_loss_turn(
+            outlook, lost_at = find_if_and_when_goals_become_unreachable(
                 self.task, self.benchmark.domain, history, max_states
             )
             return replace(verdict, outlook=outlook, lost_at=lost_at)
@@ -284,7 +284,7 @@ StateAndTakenActions: TypeAlias = tuple[State, Sequence[str]]
 """The state of the world after a turn, and the names of the operators of all actions executed up to then."""
 
 
-def find_goal_reachability_and_loss_turn(
+def find_if_and_when_goals_become_unreachable(
     task: Task, domain: Domain, history: Sequence[StateAndTakenActions], max_states: int
 ) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end, and the turn after which they no longer can.

@@ -236,12 +236,12 @@ def _compute_file_sha256(path: Path) -> str:
 
 
 def find_command_that_runs_pip(
-    archive_in_error: PackageArchive, python: str = sys.executable
+    archive_to_name_in_error: PackageArchive, python: str = sys.executable
 ) -> tuple[str, ...]:
     """Return the command that runs pip: the pip of a Python interpreter, or a pip that uv provides.
 
     Args:
-        archive_in_error: the archive to download, for the error message.
+        archive_to_name_in_error: the archive to download, for the error message.
         python: the interpreter.
 
     Raises:
@@ -253,8 +253,8 @@ def find_command_that_runs_pip(
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"neither pip nor uv is installed, and {archive_in_error.pip_requirement} cannot be downloaded; "
-        f"install one, or run `eai data fetch --from FILE` with {archive_in_error.filename}"
+        f"neither pip nor uv is installed, and {archive_to_name_in_error.pip_requirement} cannot be downloaded; "
+        f"install one, or run `eai data fetch --from FILE` with {archive_to_name_in_error.filename}"
     )
 
 

@@ -141,16 +141,19 @@ class DataPackStore:
         return file
 
     def write_pack(
-        self, pack: str, archive_digests: Mapping[str, str], content_by_member: Mapping[str, bytes]
+        self,
+        pack_name: str,
+        sha256_by_source_archive: Mapping[str, str],
+        content_by_member: Mapping[str, bytes],
     ) -> PackFile:
         """Write a pack (a converted data set). An older file of the pack is replaced as a whole.
 
         Raises:
             DataError: the folder cannot be written to.
         """
-        path = self.get_pack_path(pack)
+        path = self.get_pack_path(pack_name)
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in content_by_member.items()}
-        file = PackFile(path, dict(archive_digests), digests)
+        file = PackFile(path, dict(sha256_by_source_archive), digests)
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

@@ -46,7 +46,7 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
     }
 
 
-def read_short_answer_format_texts(package: str) -> Mapping[str, str]:
+def read_texts_for_short_prompts(package: str) -> Mapping[str, str]:
     """Return the texts in the folder ``formats/short`` of a package, by file name without ``.txt``."""
     folder = files(package) / FOLDER / "short"
     return {
@@ -185,7 +185,7 @@ class Benchmark:
         return self.data.title or self.name
 
     @property
-    def has_names_in_prompts_from_declaration(self) -> bool:
+    def uses_declared_names_in_prompts(self) -> bool:
         """Whether the names in prompts come from the benchmark's declaration, not from published data."""
         return self.notation.wordings is None
 
@@ -289,7 +289,7 @@ class Benchmark:
         if self.data.prompts is None or get_declaration(ability).interaction.make_question is not None:
             return None
         files = self.data.prompts(ability, source)
-        correct = self.get_errata(source).make_question_corrector(
+        correct = self.get_errata(source).make_corrector_of_official_questions(
             ability, lambda: self.operator_tasks(source)
         )
         if correct is None:

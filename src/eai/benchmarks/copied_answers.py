@@ -229,7 +229,7 @@ _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
 """Returns the actions of a domain by the predicates that they make true or false. Results are cached."""
 
 
-def _make_plan_from_goal_conditions(benchmark: Benchmark, task: Task) -> Iterable[str]:
+def _make_plan_with_action_per_goal_condition(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return a plan with one action for each condition in the goals, and no other actions.
 
     Each action makes its condition true. Actions for goals about states come before actions for action goals.
@@ -326,7 +326,7 @@ def _copy_goal_predicates_to_operator_effects(benchmark: Benchmark, task: Transi
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
     Ability.GOAL_INTERPRETATION: _copy_goals_mentioned_in_instruction,
     Ability.SUBGOAL_DECOMPOSITION: _copy_goal_parts_as_subgoals,
-    Ability.ACTION_SEQUENCING: _make_plan_from_goal_conditions,
+    Ability.ACTION_SEQUENCING: _make_plan_with_action_per_goal_condition,
     Ability.TRANSITION_MODELING: _copy_goal_predicates_to_operator_effects,
 }
 
@@ -354,7 +354,7 @@ def open_answers_of_similar_tasks(
             benchmark,
             ability,
             source,
-            _make_lister_of_operators_in_several_tasks(benchmark.operator_tasks(source)),
+            _make_function_listing_shared_operators(benchmark.operator_tasks(source)),
         )
     if ability not in _LOOKED_UP_ABILITIES:
         raise make_no_answer_error(model="lookup", benchmark=benchmark, ability=ability)
@@ -461,7 +461,7 @@ def _adapt_goals_of_similar_task(
     return notation.write([goal for goal in stated if lexicon.find_unknown_name(goal) is None])
 
 
-def _make_lister_of_operators_in_several_tasks(
+def _make_function_listing_shared_operators(
     tasks: TaskSet[TransitionTask],
 ) -> Callable[[TransitionTask], Sequence[str]]:
     """Return a function that lists, as PDDL, the operators of a task that another task needs, too."""
@@ -471,10 +471,10 @@ def _make_lister_of_operators_in_several_tasks(
 
 def _count_goals_by_category(task: Task) -> Counter[str]:
     """Return the goals of a task as texts in which categories replace objects, and count equal texts."""
-    return Counter([text for _, text in _yield_goals_with_category_texts(task)])
+    return Counter([text for _, text in _format_goals_with_categories_for_objects(task)])
 
 
-def _yield_goals_with_category_texts(task: Task) -> Iterator[tuple[f.Formula, str]]:
+def _format_goals_with_categories_for_objects(task: Task) -> Iterator[tuple[f.Formula, str]]:
     """Yield each goal of a task with its text, in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
@@ -519,8 +519,8 @@ def _match_objects(source: Task, target: Task, source_objects: Iterable[int]) ->
     Objects match if they occur in equal positions of equal goals, or else if they have the same category.
     """
     counterparts: dict[int, int] = {}
-    goals = list(_yield_goals_with_category_texts(target))
-    for formula, text in _yield_goals_with_category_texts(source):
+    goals = list(_format_goals_with_categories_for_objects(target))
+    for formula, text in _format_goals_with_categories_for_objects(source):
         position = next((i for i, (_, other) in enumerate(goals) if other == text), None)
         if position is not None:
             target_names = find_object_names(goals.pop(position)[0])

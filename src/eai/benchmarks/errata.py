@@ -35,7 +35,7 @@ TaskT = TypeVar("TaskT", bound=Task)
 _FILE = "errata.toml"
 
 
-def make_question_ask_for_scored_operators(task: TransitionTask, question: str) -> str:
+def correct_requested_operators_in_question(task: TransitionTask, question: str) -> str:
     """Return a copy of a question that asks for the operators that are scored.
 
     A few official questions ask for other operators.
@@ -182,14 +182,14 @@ class Errata:
 
         return TaskSet(tasks, load_corrected_operator_task, tasks.sha256) if by_task else tasks
 
-    def make_question_corrector(
-        self, ability: Ability, load_operators: Callable[[], Mapping[str, TransitionTask]]
+    def make_corrector_of_official_questions(
+        self, ability: Ability, load_operator_tasks: Callable[[], Mapping[str, TransitionTask]]
     ) -> Callable[[str, str], str] | None:
         """Return a function that corrects a question, given its task id, or None if all questions are right.
 
         Args:
             ability: the ability of the questions.
-            load_operators: returns the tasks of transition modeling, which name the operators for which
+            load_operator_tasks: returns the tasks of transition modeling, which name the operators for which
                 questions must ask.
         """
         if not self.find_corrected_tasks(ability):
@@ -201,7 +201,9 @@ class Errata:
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = make_question_ask_for_scored_operators(load_operators()[task_id], question)
+                    question = correct_requested_operators_in_question(
+                        load_operator_tasks()[task_id], question
+                    )
             return question
 
         return correct_question

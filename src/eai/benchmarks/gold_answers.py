@@ -152,23 +152,31 @@ AnswersByTask: TypeAlias = Mapping[str, AnswerInParts]
 
 
 def make_answers_by_task(
-    benchmark: Benchmark, ability: Ability, source: Source, make_parts: Callable[[Any], Iterable[str]]
+    benchmark: Benchmark,
+    ability: Ability,
+    source: Source,
+    make_answer_parts_of_task: Callable[[Any], Iterable[str]],
 ) -> AnswersByTask:
     """Return a mapping from task id to answer.
 
-    The function `make_parts` makes the parts of an answer, such as steps, which are joined as the ability
-    requires.
+    The function `make_answer_parts_of_task` makes the parts of an answer, such as steps, which are joined as
+    the ability requires.
     """
-    tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
+    tasks, join = (
+        benchmark.tasks_for(ability, source),
+        get_function_that_joins_answer_parts(benchmark, ability),
+    )
     return TaskSet(
         tasks,
-        lambda task_id: AnswerInParts(tuple(make_parts(tasks[task_id])), join),
+        lambda task_id: AnswerInParts(tuple(make_answer_parts_of_task(tasks[task_id])), join),
         tasks.sha256,
         source.kept,
     )
 
 
-def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
+def get_function_that_joins_answer_parts(
+    benchmark: Benchmark, ability: Ability
+) -> Callable[[Iterable[str]], str]:
     """Return the function that joins the parts of an answer (goals, subgoals, steps or operators) to a text.
 
     Answers to other abilities have only one part.
@@ -205,9 +213,7 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
         case Ability.TRANSITION_MODELING:
             return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
-            return _open_correct_answers_made_from_plans(
-                benchmark, ability, source, prefers_annotated_plans=True
-            )
+            return _make_correct_answers_from_plans(benchmark, ability, source, prefers_annotated_plans=True)
     pose, world = (
         get_declaration(ability).interaction.make_question,
         benchmark.collect_domain_and_notation(source),
@@ -244,11 +250,11 @@ def open_answers_of_planner(
     """
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _open_correct_answers_made_from_plans(
+            return _make_correct_answers_from_plans(
                 benchmark, ability, source, limits=limits, search_plan=find
             )
         case Ability.SUBGOAL_DECOMPOSITION:
-            return _open_correct_answers_made_from_plans(benchmark, ability, source)
+            return _make_correct_answers_from_plans(benchmark, ability, source)
         case _:
             raise make_no_answer_error(model="planner", benchmark=benchmark, ability=ability)
 
@@ -265,14 +271,14 @@ def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -
     their goals.
     """
 
-    def replace_goals_by_answered_goals(task: Task) -> Task:
+    def replace_goals_by_goals_stated_in_answer(task: Task) -> Task:
         answer = answers.get(task.id)
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return benchmark.with_changed_tasks(replace_goals_by_answered_goals)
+    return benchmark.with_changed_tasks(replace_goals_by_goals_stated_in_answer)
 
 
 def make_benchmark_starting_after_actions(
@@ -303,7 +309,7 @@ def make_benchmark_without_reached_goals(
     return benchmark.with_changed_tasks(drop_goals)
 
 
-def _open_correct_answers_made_from_plans(
+def _make_correct_answers_from_plans(
     benchmark: Benchmark,
     ability: Ability,
     source: Source,
@@ -317,10 +323,10 @@ def _open_correct_answers_made_from_plans(
     If ``prefers_annotated_plans`` is true, the data set's own plans are used.
     For tasks without such a plan, a plan is searched.
     """
-    planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
+    planner, join = Planner(benchmark.domain), get_function_that_joins_answer_parts(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
 
-    def write_answer_parts(task: Task, plan: Sequence[Action]) -> Sequence[str]:
+    def write_steps_or_subgoals_of_plan(task: Task, plan: Sequence[Action]) -> Sequence[str]:
         if ability is Ability.SUBGOAL_DECOMPOSITION:
             return tuple(benchmark.subgoal_notation().write(task, plan))
         return plans.write(plan, task.scene)
@@ -331,10 +337,10 @@ def _open_correct_answers_made_from_plans(
         if may_decline and (declining := write_expected_declining_answer(task, plans)) is not None:
             return AnswerInParts((declining,), "".join)
         if prefers_annotated_plans and (task.script or task.unsolvable is not None):
-            return AnswerInParts(tuple(write_answer_parts(task, task.script)), join)
+            return AnswerInParts(tuple(write_steps_or_subgoals_of_plan(task, task.script)), join)
         search = search_plan(task, planner, limits)
         return AnswerInParts(
-            tuple(write_answer_parts(task, search.plan)), join, explain_missing_plan(search.end)
+            tuple(write_steps_or_subgoals_of_plan(task, search.plan)), join, explain_missing_plan(search.end)
         )
 
     return TaskSet(tasks, make_answer, tasks.sha256)

@@ -26,7 +26,7 @@ GROUP = "eai.packs"
 """Group of the entry points by which benchmarks register their packs (data packages)."""
 
 
-def _check_nothing(store: DataPackStore) -> Iterable[str]:
+def _report_no_problems(store: DataPackStore) -> Iterable[str]:
     return ()
 
 
@@ -45,7 +45,7 @@ class DataPack:
     name: str
     archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[DataPackStore], Iterable[str]] = _check_nothing
+    check: Callable[[DataPackStore], Iterable[str]] = _report_no_problems
 
     @property
     def archive_digests(self) -> dict[str, str]:

@@ -115,7 +115,7 @@ class PromptLibrary:
         published = benchmark.official_prompts(ability, self.source) if official else None
         if published is not None:
             prompts = self._replace_by_user_prompts(published, benchmark, ability)
-            return _insert_beliefs(prompts, benchmark, ability, beliefs)
+            return _replace_prompt_goals_by_believed_goals(prompts, benchmark, ability, beliefs)
         prompts = self._render_prompts(benchmark, ability, beliefs)
         replaced = self._replace_by_user_prompts(prompts, benchmark, ability)
         for task_id in beliefs.keys() & prompts.keys():
@@ -126,7 +126,7 @@ class PromptLibrary:
                 )
         return replaced
 
-    def count_corrected_questions(
+    def count_questions_corrected_by_errata(
         self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]
     ) -> int:
         """Return the number of tasks whose official question is corrected by errata."""
@@ -176,7 +176,7 @@ class PromptLibrary:
         if interaction.uses_operator_tasks:
             tasks = benchmark.operator_tasks(self.source)
             return render_operator_prompts(
-                tasks, templates, has_example=not benchmark.has_names_in_prompts_from_declaration
+                tasks, templates, has_example=not benchmark.uses_declared_names_in_prompts
             )
         if interaction.make_question is not None:
             return self._make_prompts_by_ability_code(interaction.make_question, benchmark, ability, beliefs)
@@ -219,7 +219,7 @@ class PromptLibrary:
         templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         wording = benchmark.wording(ability)
-        asked = _make_benchmark_of_examples(benchmark, wording, self.source)
+        asked = _make_benchmark_for_prompt_examples(benchmark, wording, self.source)
         book = open_gold_answers(asked, ability, self.source)
         own_format = templates.read_user_template(name)
         own_texts = {} if own_format is None else {ability.value: own_format}
@@ -265,7 +265,7 @@ class PromptLibrary:
         return prompts
 
 
-def _make_benchmark_of_examples(
+def _make_benchmark_for_prompt_examples(
     benchmark: Benchmark, wording: PromptAndAnswerWording, source: Source
 ) -> Benchmark:
     """Return the benchmark from which prompts take examples.
@@ -273,14 +273,14 @@ def _make_benchmark_of_examples(
     If the wording of the prompts comes from the benchmark's declaration, the result has only one task, which
     is made as an example: no prompt may show the answer to an evaluated task.
     """
-    if not benchmark.has_names_in_prompts_from_declaration:
+    if not benchmark.uses_declared_names_in_prompts:
         return benchmark
     tasks = benchmark.tasks(source).values()
     example = make_example_task_for_prompts(benchmark.domain, tasks, wording.predicates) if tasks else None
     return replace(benchmark, open_tasks=use_tasks(*filter(None, [example])))
 
 
-def _insert_beliefs(
+def _replace_prompt_goals_by_believed_goals(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
 ) -> Mapping[str, Prompt]:
     """Return the prompts, in which goals that a model stated replace the goals of the tasks."""

@@ -59,7 +59,7 @@ def open_virtualhome_transition_tasks(source: Source | None = None) -> Transitio
     return _build_transition_tasks(pack, "virtualhome_pd.pddl", translate_to_household_actions)
 
 
-def open_behavior_operator_tasks(source: Source | None = None) -> TransitionTasks:
+def open_behavior_transition_tasks(source: Source | None = None) -> TransitionTasks:
     """Return BEHAVIOR's 100 tasks of transition modeling; download them first if they are missing.
 
     Raises:

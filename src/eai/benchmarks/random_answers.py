@@ -18,7 +18,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import (
     AnswerInParts,
-    get_part_joiner,
+    get_function_that_joins_answer_parts,
     join_operators_as_answer,
     make_no_answer_error,
     make_random_generator,
@@ -71,26 +71,26 @@ def open_random_answers(
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _open_answers_with_random_operators(benchmark.operator_tasks(source))
+        return _make_random_operator_answers(benchmark.operator_tasks(source))
     if ability not in _WRITERS:
         raise make_no_answer_error(model="random", benchmark=benchmark, ability=ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
-    write, join = _WRITERS[ability], get_part_joiner(benchmark, ability)
+    write, join = _WRITERS[ability], get_function_that_joins_answer_parts(benchmark, ability)
 
-    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> AnswerInParts:
+    def make_random_answer(task_id: str, seed: str, executed_actions: Sequence[Action] = ()) -> AnswerInParts:
         task = tasks[task_id]
         task = (
-            replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
-            if done
+            replace(task, initial=execute_plan(benchmark.domain, task.initial, executed_actions).final_state)
+            if executed_actions
             else task
         )
         rng = make_random_generator(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return AnswerInParts(tuple(write(benchmark, task, steps, rng)), join)
 
-    return make_answer
+    return make_random_answer
 
 
 def random_walk(
@@ -129,14 +129,18 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
     return rng.choice(possible) if possible else None
 
 
-_Steps = Sequence[tuple[Action, State]]
+_RandomWalkSteps = Sequence[tuple[Action, State]]
 
 
-def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+def _write_plan(
+    benchmark: Benchmark, task: Task, steps: _RandomWalkSteps, rng: random.Random
+) -> Iterable[str]:
     return benchmark.notation.plans.write([action for action, _ in steps], task.scene)
 
 
-def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+def _write_subgoals(
+    benchmark: Benchmark, task: Task, steps: _RandomWalkSteps, rng: random.Random
+) -> Iterable[str]:
     """Return subgoals: for each step, one random fact that the step changes and that prompts show."""
     lexicon = benchmark.subgoal_notation().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
@@ -149,7 +153,9 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
     ]
 
 
-def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+def _write_facts_that_became_true_as_goals(
+    benchmark: Benchmark, task: Task, steps: _RandomWalkSteps, rng: random.Random
+) -> Iterable[str]:
     """Return the facts that became true from the start to the end, as an answer to goal interpretation."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
@@ -187,7 +193,7 @@ def _make_atom_with_object_names(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 
-def _open_answers_with_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
+def _make_random_operator_answers(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     gold = [action for task in tasks.values() for action in task.gold_operators.values()]
     lengths = [
         len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])
@@ -195,7 +201,7 @@ def _open_answers_with_random_operators(tasks: TaskSet[TransitionTask]) -> Rando
     ]
     changes = [len(list(m.find_effect_atoms(action.effect))) for action in gold]
 
-    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> AnswerInParts:
+    def make_random_answer(task_id: str, seed: str, executed_actions: Sequence[Action] = ()) -> AnswerInParts:
         task, rng = tasks[task_id], make_random_generator(seed, task_id)
         written = []
         for action in task.gold_operators.values():
@@ -212,7 +218,7 @@ def _open_answers_with_random_operators(tasks: TaskSet[TransitionTask]) -> Rando
             written.append(write_action(replace(action, precondition=needs, effect=m.AndEffect(does))))
         return AnswerInParts(tuple(written), join_operators_as_answer)
 
-    return make_answer
+    return make_random_answer
 
 
 def list_predicates_with_arguments(
@@ -238,5 +244,5 @@ def _draw_atom(predicate: str, fitting: Sequence[Sequence[str]], rng: random.Ran
 _WRITERS = {
     Ability.ACTION_SEQUENCING: _write_plan,
     Ability.SUBGOAL_DECOMPOSITION: _write_subgoals,
-    Ability.GOAL_INTERPRETATION: _write_goals,
+    Ability.GOAL_INTERPRETATION: _write_facts_that_became_true_as_goals,
 }

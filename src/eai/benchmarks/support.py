@@ -20,18 +20,18 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _find_supports_with_container_flags(
-    state: State, relations: Sequence[str], obj: int
+def _map_support_masks_to_container_flags(
+    state: State, support_relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
     """Return the direct and indirect supports of an object, each with whether it is a container.
 
     The keys are the supports, as bit masks of objects; the nearest support comes first. The first of
-    `relations` states containment: it relates an object to a support that is a container.
+    `support_relations` states containment: it relates an object to a support that is a container.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[ObjectMask, bool] = {}
     while True:
-        for name in relations:
+        for name in support_relations:
             relation = binary[slots[name]]
             if relation.sources >> obj & 1 and (support := relation.row(obj)):
                 break
@@ -39,11 +39,11 @@ def _find_supports_with_container_flags(
             return chain
         if support in chain:
             return chain
-        chain[support] = name == relations[0]
+        chain[support] = name == support_relations[0]
         obj = support.bit_length() - 1
 
 
-def make_carries_carried_by_and_within_predicates(
+def make_predicates_carries_carried_by_within(
     support_relations: Sequence[Predicate],
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
@@ -56,13 +56,13 @@ def make_carries_carried_by_and_within_predicates(
     """
     names = [relation.name for relation in support_relations]
 
-    def find_all_supporting_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_direct_and_indirect_supports(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _find_supports_with_container_flags(state, names, arguments[0]), 0)
+        return reduce(or_, _map_support_masks_to_container_flags(state, names, arguments[0]), 0)
 
     def find_direct_and_indirect_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _find_supports_with_container_flags(state, names, arguments[0])
+        chain = _map_support_masks_to_container_flags(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate(
@@ -71,7 +71,7 @@ def make_carries_carried_by_and_within_predicates(
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_all_supporting_objects),
+        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_direct_and_indirect_supports),
         DefinedPredicate(
             "within", (X, Y), support_relations[0](X, Y) | within, find_direct_and_indirect_containers
         ),
@@ -109,7 +109,7 @@ def make_lookup_of_floor_under_object(
     def find_floor_under_object(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_find_supports_with_container_flags(state, support_relations, root)):
+        for support in (1 << root, *_map_support_masks_to_container_flags(state, support_relations, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
@@ -118,25 +118,25 @@ def make_lookup_of_floor_under_object(
     return find_floor_under_object
 
 
-def make_cached_inverse_lookup(lookup: LookupFunction) -> LookupFunction:
+def make_cached_inverse_of_lookup_function(lookup: LookupFunction) -> LookupFunction:
     """Return the inverse of a function that, in a state, maps an object to other objects.
 
     The inverse is cached for one state, because a search often calls it for the same state.
     """
     cached: tuple[State | None, Mapping[int, ObjectMask]] = None, {}
 
-    def find_objects_that_lookup_maps_to_argument(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def evaluate_inverse_lookup(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
-            by_value = _map_targets_to_sources(lookup, state)
+            by_value = _map_lookup_results_to_their_arguments(lookup, state)
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
-    return find_objects_that_lookup_maps_to_argument
+    return evaluate_inverse_lookup
 
 
-def _map_targets_to_sources(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
+def _map_lookup_results_to_their_arguments(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
     """Return a mapping: object -> bit mask of the objects for which a lookup returns this object."""
     sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):

@@ -123,11 +123,11 @@ class _CommandGroup(TyperGroup):
         except KeyboardInterrupt:
             raise UserInterruptError("interrupted") from None
         except typer.BadParameter as error:
-            error.message = _reword_wrong_value(error.message)
+            error.message = _reword_invalid_parameter_message(error.message)
             raise
 
 
-def _reword_wrong_value(message: str) -> str:
+def _reword_invalid_parameter_message(message: str) -> str:
     """Return Typer's message on a wrong value without pydantic's words, and with the most similar choice."""
     message = message.removeprefix("Value error, ").replace("Input should be", "expected")
     match = re.match(r"'(.*)' is not one of (.*)\.$", message, re.DOTALL)

@@ -127,7 +127,7 @@ def export_prompts(
     def generate_prompt_rows() -> Iterator[TrainingRow]:
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [
-                each for given in domain for each in _list_splits_with_benchmark_references(given)
+                each for given in domain for each in _list_splits_and_their_benchmarks(given)
             ]:
                 benchmark = find_benchmark(name)
                 for each in ability or select_default_abilities(benchmark, PAPER_ABILITIES):
@@ -287,7 +287,7 @@ def _make_rows_with_rewards_of_records(
             )
 
 
-def _list_splits_with_benchmark_references(domain: str) -> list[tuple[str, str]]:
+def _list_splits_and_their_benchmarks(domain: str) -> list[tuple[str, str]]:
     """Return the name and the benchmark of each split.
 
     In a folder of task files, each file is a split. Any other benchmark is a single split.

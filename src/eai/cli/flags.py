@@ -155,7 +155,9 @@ def check_model_names(models: Sequence[str], abilities: Sequence[Ability]) -> No
             )
 
 
-def describe_abilities_models_cannot_answer(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
+def describe_unsupported_abilities_of_models(
+    models: Sequence[str], abilities: Sequence[Ability]
+) -> list[str]:
     """Return a remark on each built-in model that has no answers to some abilities.
 
     Raises:

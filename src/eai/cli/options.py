@@ -99,11 +99,11 @@ def _set_data_folder(command: typer.Context, folder: Path | None) -> Path | None
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
-        def restore_environment_variables() -> None:
+        def restore_data_folder_variable() -> None:
             del os.environ[FOLDER_VARIABLE]
             os.environ.update(before)
 
-        command.call_on_close(restore_environment_variables)
+        command.call_on_close(restore_data_folder_variable)
         os.environ[FOLDER_VARIABLE] = str(folder)
     return folder
 

@@ -135,7 +135,7 @@ def select_entries_of_tasks(
     return {task_id: entries[task_id] for task_id in dict.fromkeys(named) if task_id in some}
 
 
-def open_acting_suite_and_task_ids(
+def open_suite_for_acting_and_select_tasks(
     domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
 ) -> tuple[Suite, list[str]]:
     """Return a benchmark's suite for the ability acting, and ids of named tasks or of a random sample.

@@ -175,7 +175,7 @@ def run(
             if ids:
                 chosen.append((suite, _make_compact_prompts_by_task_id(library, suite, ids)))
     endpoints = spec.model.endpoints
-    remarks = flags.describe_abilities_models_cannot_answer(
+    remarks = flags.describe_unsupported_abilities_of_models(
         spec.model.name, [suite.ability for suite, _ in chosen]
     )
     flags.check_replayed_files_match_suites(endpoints, [suite for suite, _ in chosen])
@@ -229,12 +229,12 @@ def _leave_out_long_tasks(
         is_endpoint_on_server_of_user,
         read_context_length,
     )
-    from eai.run.tasks import find_model
+    from eai.run.tasks import open_model_at_endpoint
 
     prompts, handling = [asked for _, asked in chosen], request.spec.requests.too_long
     if handling == "ask" or not is_endpoint_on_server_of_user(endpoint):
         return prompts
-    context = read_context_length(find_model(endpoint))
+    context = read_context_length(open_model_at_endpoint(endpoint))
     if context is None:
         return prompts
     max_tokens = request.spec.generation.max_tokens
@@ -289,7 +289,7 @@ def _print_number_of_corrected_questions(
     library: PromptLibrary, suite: Suite, prompts: Mapping[str, Prompt]
 ) -> None:
     """Print how many questions of the data set were corrected."""
-    corrected = library.count_corrected_questions(suite.benchmark, suite.ability, prompts)
+    corrected = library.count_questions_corrected_by_errata(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
         console.print_result_line(f"{console.format_count(corrected, 'question')} {rest}")

@@ -127,7 +127,7 @@ class _ScoringJob:
         return len(places if self.shard is None else places[self.shard.number - 1 :: self.shard.of])
 
     @property
-    def model_and_nonstandard_game_rules_text(self) -> str:
+    def model_name_with_nonstandard_game_rules(self) -> str:
         """The name of the model, followed by the rules of its episodes if they are not standard."""
         return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).game_rules_text)))
 
@@ -321,7 +321,7 @@ def _score_all_answers(
         for _, group in groupby(jobs, key=lambda job: job.suite):
             results: dict[str, RunTotals] = {}
             for job in group:
-                totals = results[job.model_and_nonstandard_game_rules_text] = _score_suite(
+                totals = results[job.model_name_with_nonstandard_game_rules] = _score_suite(
                     job, score_in_batches, show_file
                 )
                 if job.shard is None:
@@ -521,8 +521,8 @@ def _make_scoring_job(file: Path, suite: Suite, out: Path | None) -> _ScoringJob
         answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
         return _ScoringJob(suite, answers, out)
     with inspect_needed():
-        from eai.run.tasks import make_function_that_adds_logged_study_options, read_answers
-    answers, logged = read_answers(file, suite), make_function_that_adds_logged_study_options(file, suite)
+        from eai.run.tasks import make_function_adding_logged_study_results, read_answers
+    answers, logged = read_answers(file, suite), make_function_adding_logged_study_results(file, suite)
     return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 

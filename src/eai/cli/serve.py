@@ -21,8 +21,8 @@ from eai.cli.options import (
     parse_external_agent_setting,
 )
 from eai.cli.progress import make_command_print_how_to_resume
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
-from eai.results.trials import AnswerKey
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_suite_for_acting_and_select_tasks
+from eai.results.trials import TaskIdAndEpoch
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -85,7 +85,7 @@ def mcp(
     with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.episode_server import open_episode_server
         from eai.agents.server import listen, make_http_app, serve_http, serve_stdio
-    suite, ids = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
+    suite, ids = open_suite_for_acting_and_select_tasks(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
         raise InputError(
@@ -127,7 +127,7 @@ def _serve_plan_verifier_tools(**other_options: object) -> None:
     serve_tools_over_stdio(load_from_extension("verifier_tools", "--tools")())
 
 
-def _write_access_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
+def _write_access_tickets(out: Path, answer_by_ticket: Mapping[str, TaskIdAndEpoch]) -> Path:
     """Write the file of tickets (secrets with which agents open their tasks). Only its owner can read it."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}

@@ -25,7 +25,7 @@ PERCENT = Column("percent", digits=1, is_number=True)
 """Style of a column of rates in percent."""
 
 
-def _format_model_with_agent_labels(model: str, run_totals: RunTotals) -> str:
+def _add_nonstandard_settings_to_model_name(model: str, run_totals: RunTotals) -> str:
     """Return a model's name with its harness (program that lets it act), effort and game rules."""
     return ", ".join([model, *(part for part in run_totals.agent_labels if not model.endswith(f", {part}"))])
 
@@ -82,7 +82,7 @@ def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, R
     if len(results) == 1:
         (model, totals), *_ = results.items()
         answered = f"{totals.coverage} answered" if totals.coverage.answered else "no answer"
-        whole = f"{title}: {_format_model_with_agent_labels(model, totals)}, {answered}"
+        whole = f"{title}: {_add_nonstandard_settings_to_model_name(model, totals)}, {answered}"
         rates = [rates_by_model[model][metric] for metric in shown]
         columns: list[NamedCells] = [
             ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
@@ -91,7 +91,7 @@ def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, R
         ]
         return Table.from_columns(whole, columns)
     columns = [
-        ("percent", [_format_model_with_agent_labels(*each) for each in results.items()]),
+        ("percent", [_add_nonstandard_settings_to_model_name(*each) for each in results.items()]),
         (Column("answered", is_number=True), [str(totals.coverage) for totals in results.values()]),
     ]
     if any(totals.coverage.cut_off for totals in results.values()):

@@ -47,7 +47,7 @@ from eai.results.repeats import find_success_metric, map_pass_at_k_metrics_to_co
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
 from eai.results.summary import compute_rates_by_attempt, make_contributions_by_metric
 from eai.results.totals import RunTotals
-from eai.results.trials import Answer, AnswerKey, ReplanningConversationFactory, make_trial_record
+from eai.results.trials import Answer, ReplanningConversationFactory, TaskIdAndEpoch, make_trial_record
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task
 
@@ -234,11 +234,11 @@ class ModelAnswers:
     model: str
     name: str
     prompts: Mapping[str, Prompt]
-    answers: Mapping[AnswerKey, Answer]
-    failures: Mapping[AnswerKey, str]
+    answers: Mapping[TaskIdAndEpoch, Answer]
+    failures: Mapping[TaskIdAndEpoch, str]
     epochs: int
     trials: ReplanningConversationFactory | None = None
-    attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
+    attempts: Mapping[TaskIdAndEpoch, Sequence[Attempt]] = field(default_factory=dict)
     beliefs: GoalsAndScenesStatedInPrompts | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
@@ -298,7 +298,7 @@ class SuiteResult:
         averaged = get_declaration(self.suite.ability).combine_epochs is not None
         return self.map_keys_to_records().values() if averaged else self.records
 
-    def map_keys_to_records(self) -> dict[AnswerKey, Record]:
+    def map_keys_to_records(self) -> dict[TaskIdAndEpoch, Record]:
         """Return a mapping from task and epoch (round of answers) to the record of the answer."""
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}

@@ -59,7 +59,7 @@ class Answer:
         return self.stop_reason in ("max_tokens", "model_length")
 
 
-AnswerKey: TypeAlias = tuple[str, int]
+TaskIdAndEpoch: TypeAlias = tuple[str, int]
 """Key of an answer: the id of its task, and its epoch (round of answers to all tasks)."""
 
 

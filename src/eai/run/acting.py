@@ -40,9 +40,9 @@ from eai.run.solver import (
     is_error_about_refused_parameter,
     make_answer,
     make_message_content,
+    put_recorded_answer_into_state,
     read_usage,
     report_failure_in_block,
-    restore_answer,
     split_reply,
 )
 from eai.tasks.prompts.prompt import Prompt
@@ -272,7 +272,7 @@ def play_missing_episodes(run: RunState) -> Solver:
         key = (str(state.sample_id), state.epoch)
         recorded = run.open_conversation(key)
         if recorded.answers:
-            restore_answer(state, recorded.answers[-1])
+            put_recorded_answer_into_state(state, recorded.answers[-1])
             return state
         if run.stopped is not None:
             return state

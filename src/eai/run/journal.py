@@ -22,7 +22,7 @@ from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
 from eai.base.files import number_lines, raise_write_errors_as_input_errors, read_content
 from eai.results.codec import dataclass_to_json
-from eai.results.trials import Answer, AnswerKey, Conversation, add_answer_details_to_attempts
+from eai.results.trials import Answer, Conversation, TaskIdAndEpoch, add_answer_details_to_attempts
 from eai.run.job import QuestionJob
 
 JOURNAL = "answers.jsonl"
@@ -47,7 +47,7 @@ class AnswerJournal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._answers: dict[AnswerKey, list[Answer]] = defaultdict(list)
+        self._answers: dict[TaskIdAndEpoch, list[Answer]] = defaultdict(list)
         content, adapter = read_content(path) if path.exists() else b"", TypeAdapter(Answer)
         self._size = content.rfind(b"\n") + 1
         for number, line in number_lines(content[: self._size]):
@@ -58,13 +58,13 @@ class AnswerJournal:
                     f"{path}, line {number}: expected an answer of a run; delete the line to ask again"
                 ) from error
 
-    def find_answer(self, key: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
+    def find_answer(self, key: TaskIdAndEpoch, request_sha256: str, attempt: int = 1) -> Answer | None:
         """Return the recorded answer to exactly this request, or None if the request has no answer."""
         wanted = request_sha256, attempt
         answers = reversed(self._answers[key] if self.has_answers(key) else ())
         return next((each for each in answers if (each.request_sha256, each.attempt) == wanted), None)
 
-    def has_answers(self, key: AnswerKey) -> bool:
+    def has_answers(self, key: TaskIdAndEpoch) -> bool:
         """Whether the journal has an answer to any request about a task in an epoch (round of answers)."""
         return key in self._answers
 
@@ -84,7 +84,7 @@ class AnswerJournal:
                 self._size = file.tell()
         self._index_answer(answer)
 
-    def record_and_count_episode_starts(self, key: AnswerKey, request_sha256: str) -> int:
+    def record_and_count_episode_starts(self, key: TaskIdAndEpoch, request_sha256: str) -> int:
         """Record in a file beside the journal that an episode begins, and return how often it has begun.
 
         Raises:
@@ -116,7 +116,7 @@ answered, without their tokens. A task has failed if a request failed after all 
 class _ConversationInJournal(NamedTuple):
     """The conversation about a task in an epoch (round of answers), with its answers in order."""
 
-    key: AnswerKey
+    key: TaskIdAndEpoch
     conversation: Conversation
     answers: list[Answer]
 
@@ -146,14 +146,14 @@ class RunState:
     def __init__(self, job: QuestionJob, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
         self.job = job
         self.journal = journal
-        self.last_answers: dict[AnswerKey, Answer] = {}
-        self.attempts: dict[AnswerKey, tuple[Attempt, ...]] = {}
-        self.failures: dict[AnswerKey, str] = {}
+        self.last_answers: dict[TaskIdAndEpoch, Answer] = {}
+        self.attempts: dict[TaskIdAndEpoch, tuple[Attempt, ...]] = {}
+        self.failures: dict[TaskIdAndEpoch, str] = {}
         self.stopped: EaiError | None = None
         self.answer_limit = job.answer_limit
         self._watch = watch
         self._new_tokens = 0
-        self._first_tasks: dict[AnswerKey, bool] = {}  # whether the request failed
+        self._first_tasks: dict[TaskIdAndEpoch, bool] = {}  # whether the request failed
         self._has_answers = False
         for key in product(job.prompts, range(1, job.epochs + 1)):
             if journal.has_answers(key):
@@ -167,7 +167,7 @@ class RunState:
     def _number_of_questions_to_ask(self) -> int:
         return len(self.job.prompts) * self.job.epochs
 
-    def open_conversation(self, key: AnswerKey) -> _ConversationInJournal:
+    def open_conversation(self, key: TaskIdAndEpoch) -> _ConversationInJournal:
         """Return the conversation about a task in an epoch (round of answers), with the journal's answers."""
         recorded = _ConversationInJournal(key, self.job.start_conversation(*key), [])
         while not recorded.conversation.is_over:
@@ -210,15 +210,15 @@ class RunState:
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
-    def record_request(self, key: AnswerKey) -> None:
+    def record_request(self, key: TaskIdAndEpoch) -> None:
         """Record the task of a request that begins, unless `MAX_FIRST_FAILURES` tasks are recorded already.
 
-        `stop_if_all_requests_fail` reads the recorded tasks.
+        `record_failure_and_stop_if_all_failed` reads the recorded tasks.
         """
         if len(self._first_tasks) < MAX_FIRST_FAILURES:
             self._first_tasks.setdefault(key, False)
 
-    def stop_if_all_requests_fail(self, key: AnswerKey, reason: str) -> None:
+    def record_failure_and_stop_if_all_failed(self, key: TaskIdAndEpoch, reason: str) -> None:
         """Record a failure that may recur at every request.
 
         Stop if the first `MAX_FIRST_FAILURES` tasks have all failed in this way, and no task has an answer.

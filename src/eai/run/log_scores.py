@@ -22,7 +22,7 @@ from pydantic_core import from_json
 from eai.base.files import raise_write_errors_as_input_errors
 from eai.results.epochs import SuiteResult
 from eai.results.record import Record
-from eai.results.trials import AnswerKey
+from eai.results.trials import TaskIdAndEpoch
 from eai.run.scorer import RECORD, make_score
 from eai.run.tasks import read_inspect_log
 
@@ -67,7 +67,7 @@ def _group_by_log(
 def _write_scores_of_log(
     path: Path,
     scored: Iterable[_RecordOfEpoch],
-    kept: Mapping[AnswerKey, Record],
+    kept: Mapping[TaskIdAndEpoch, Record],
     result: SuiteResult,
 ) -> None:
     """Write the scores of one log.

@@ -99,7 +99,7 @@ class _ModelArguments(Options):
     path: Path | None = None
 
 
-class _ModelQuestion(NamedTuple):
+class _QuestionForBuiltInModel(NamedTuple):
     """A question with the metadata that built-in models read.
 
     Attributes:
@@ -189,7 +189,7 @@ class _BuiltInModel(ModelAPI):
                 f"eai/{self.model_name} answers only questions of the Inspect tasks eai/...; "
                 "ask it with `eai run` or `inspect eval eai/...`"
             )
-        question = _ModelQuestion(
+        question = _QuestionForBuiltInModel(
             find_benchmark(str(metadata["domain"])),
             Ability(metadata["ability"]),
             str(metadata["task_id"]),
@@ -210,12 +210,14 @@ class _BuiltInModel(ModelAPI):
             )
         return self._make_output(input, await _run_in_thread(partial(self._answer_question, question)))
 
-    def _list_commands_of_model_in_episode(self, question: _ModelQuestion) -> list[str]:
+    def _list_commands_of_model_in_episode(self, question: _QuestionForBuiltInModel) -> list[str]:
         """Return the commands of an episode: recorded commands, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
             arena = EpisodeFactory(question.benchmark, question.setting)
-            return arena.play_agent(self.model_name, task, self._arguments.seed, question.epoch)
+            return arena.play_episode_and_return_commands(
+                self.model_name, task, self._arguments.seed, question.epoch
+            )
         of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer_question(question if self.model_name == "replay" else of_plan)
         return read_commands(task, question.benchmark, answer)
@@ -243,7 +245,7 @@ class _BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer_question(self, question: _ModelQuestion) -> str:
+    def _answer_question(self, question: _QuestionForBuiltInModel) -> str:
         if not can_model_answer(f"{PROVIDER}/{self.model_name}", question.ability):
             raise make_no_answer_error(self.model_name, question.benchmark, question.ability)
         if self.model_name == CAPTIONER:
@@ -257,7 +259,7 @@ class _BuiltInModel(ModelAPI):
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
             answers = open_answers_of_planner(
-                _make_benchmark_with_task_of_question(question),
+                _adapt_benchmark_to_question(question),
                 question.ability,
                 question.source,
                 PLANNER_LIMITS,
@@ -265,7 +267,7 @@ class _BuiltInModel(ModelAPI):
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
             answers = _ANSWER_OPENERS[self.model_name](
-                _make_benchmark_with_task_of_question(question), question.ability, question.source
+                _adapt_benchmark_to_question(question), question.ability, question.source
             )
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name == "random":
@@ -278,7 +280,7 @@ class _BuiltInModel(ModelAPI):
         _get_text_or_raise(answers[question.task_id])
         return self._corrupt_answer(answers, question).text
 
-    def _describe_scene(self, question: _ModelQuestion) -> str:
+    def _describe_scene(self, question: _QuestionForBuiltInModel) -> str:
         """Return a task's scene graph, corrupted by random errors.
 
         On average, half of the errors leave out a fact, and half give a fact a wrong object.
@@ -296,7 +298,7 @@ class _BuiltInModel(ModelAPI):
             task, make_scene_graph_vocabulary(question.benchmark), noise, stream
         ).json_text
 
-    def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> AnswerInParts:
+    def _corrupt_answer(self, answers: AnswersByTask, question: _QuestionForBuiltInModel) -> AnswerInParts:
         """Return a corrupted answer to a question.
 
         Each attempt at a task draws new errors. With the argument ``heed``, a later attempt repeats the last
@@ -326,7 +328,7 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _make_benchmark_with_task_of_question(question: _ModelQuestion) -> Benchmark:
+def _adapt_benchmark_to_question(question: _QuestionForBuiltInModel) -> Benchmark:
     """Return the benchmark of a question, with the question's task changed as the question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.

@@ -13,9 +13,9 @@ from jsonschema import Draft202012Validator
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.declaration import get_declaration
-from eai.agents.play import EpisodeAnswer, read_episode
+from eai.agents.play import StoredEpisode, read_episode
 from eai.agents.setting import AGENT_SETTING_FIELD, AUTO
-from eai.results.trials import Answer, AnswerKey
+from eai.results.trials import Answer, TaskIdAndEpoch
 from eai.run.job import QuestionJob, is_built_in_model
 
 _MAX_QUOTED = 60
@@ -31,7 +31,9 @@ _MAX_CHARACTERS_PER_TOKEN = 8
 """Number of characters that a token has at most, on average over a prompt."""
 
 
-def describe_unfulfilled_requests(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
+def describe_unfulfilled_requests(
+    job: QuestionJob, answers: Mapping[TaskIdAndEpoch, Answer]
+) -> tuple[str, ...]:
     """Return a sentence on each part of the requests that the server or the model seems to have ignored.
 
     Args:
@@ -46,7 +48,7 @@ def describe_unfulfilled_requests(job: QuestionJob, answers: Mapping[AnswerKey, 
     return tuple(filter(None, [describe(job, answers) for describe in describers]))
 
 
-def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[TaskIdAndEpoch, Answer]) -> str:
     """Return a sentence on the answers that do not have the requested form; empty if all have it."""
     checked = misfits = 0
     for (task_id, _), answer in answers.items():
@@ -71,7 +73,7 @@ def _matches_schema(text: str, schema: Schema) -> bool:
     return is_valid
 
 
-def _describe_prompts_cut_off_by_server(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_prompts_cut_off_by_server(job: QuestionJob, answers: Mapping[TaskIdAndEpoch, Answer]) -> str:
     """Return a sentence on prompts that the server seems to have cut off, or an empty text.
 
     The server has counted too few tokens for the length of such a prompt. Questions of attempts and episodes
@@ -99,12 +101,12 @@ def _describe_prompts_cut_off_by_server(job: QuestionJob, answers: Mapping[Answe
     )
 
 
-def _describe_replies_without_tool_calls(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_replies_without_tool_calls(job: QuestionJob, answers: Mapping[TaskIdAndEpoch, Answer]) -> str:
     """Return a sentence on the episodes with a reply that called no tool, or an empty text."""
     if not get_declaration(job.suite.ability).takes_turns:
         return ""
     read = [read_episode(answer.text) for answer in answers.values()]
-    episodes = [episode for episode in read if isinstance(episode, EpisodeAnswer) and episode.without_call]
+    episodes = [episode for episode in read if isinstance(episode, StoredEpisode) and episode.without_call]
     if not episodes:
         return ""
     idle = sum(not episode.turns for episode in episodes)

@@ -187,7 +187,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     )
 
 
-def _add_harness_and_rules_of_episode(log_experiment: Experiment, record: Record) -> Experiment:
+def _add_harness_and_game_rules_of_episode(log_experiment: Experiment, record: Record) -> Experiment:
     """Return the options of a log, with an episode's harness (program that let the model act) and game rules.
 
     If the log's rules include all rules of the episode, the log's rules are kept. They may also include
@@ -226,7 +226,7 @@ def add_study_results_to_record(
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _add_harness_and_rules_of_episode(stated, record), record.task_id
+    experiment, task_id = _add_harness_and_game_rules_of_episode(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = ReplanningOptions.from_experiment(experiment)
@@ -240,8 +240,8 @@ LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 """Mapping from each task to metadata, epoch (round of answers) and question of the scored sample."""
 
 
-def make_record_of_logged_answer(
-    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record_without_experiment: Record
+def add_logged_study_results_to_record(
+    suite: Suite, default_study_options: Mapping[str, Any], samples: LoggedSamples, record: Record
 ) -> Record:
     """Add the options and results of studies (variations of questions) to the record of a logged answer.
 
@@ -249,17 +249,14 @@ def make_record_of_logged_answer(
 
     Args:
         suite: the suite.
-        experiment: the options for a task without a sample in ``samples``, in the form of samples' metadata.
+        default_study_options: the options for a task without a sample in ``samples``, in the form of samples'
+            metadata.
         samples: the logged sample of each task whose answer is scored.
-        record_without_experiment: the answer's record, scored as if the run had no studies.
+        record: the answer's record, scored as if the run had no studies.
     """
-    metadata, epoch, question = samples.get(
-        record_without_experiment.task_id, ({EXPERIMENT: experiment}, 1, "")
-    )
-    logged = add_study_results_to_record(
-        record_without_experiment, suite.choose_suite_for_answers([question]), metadata, epoch
-    )
-    return logged.drop_explanations() if record_without_experiment.explanation is None else logged
+    metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: default_study_options}, 1, ""))
+    logged = add_study_results_to_record(record, suite.choose_suite_for_answers([question]), metadata, epoch)
+    return logged.drop_explanations() if record.explanation is None else logged
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:

@@ -34,7 +34,7 @@ from inspect_ai.util import JSONSchema
 
 from eai.abilities.attempt import AnswerUsage
 from eai.abilities.reasoning import split_answer_and_reasoning
-from eai.results.trials import Answer, AnswerKey, Conversation, ReplanningConversationFactory
+from eai.results.trials import Answer, Conversation, ReplanningConversationFactory, TaskIdAndEpoch
 from eai.run.context import REMEDIES, describe_long_tasks, find_long_tasks
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
@@ -155,7 +155,7 @@ class _ModelReply(NamedTuple):
 
 
 @contextmanager
-def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
+def report_failure_in_block(run: RunState, key: TaskIdAndEpoch) -> Iterator[None]:
     """Report an error of the `with` block. The run gives up the task, or stops if no request can succeed."""
     run.record_request(key)
     try:
@@ -167,7 +167,7 @@ def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
         elif (misfits := _describe_tasks_longer_than_context(run, error)) is not None:
             run.stop_asking_questions(misfits)
         elif not is_prompt_too_long(error):
-            run.stop_if_all_requests_fail(key, describe_error(error))
+            run.record_failure_and_stop_if_all_failed(key, describe_error(error))
         run.record_failure(*key, describe_error(error))
         raise
 
@@ -187,7 +187,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
     The answers are added to the run. The log gets their texts without reasoning.
     """
-    restrictions = cache(partial(_make_answer_restrictions, run.job))
+    restrictions = cache(partial(_make_schema_and_stop_sequence_options, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
@@ -212,24 +212,24 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def make_solver_without_answer_journal(trials: ReplanningConversationFactory | None) -> Solver:
+def make_solver_without_answer_journal(conversation_factory: ReplanningConversationFactory | None) -> Solver:
     """Return a solver for runs without a journal (file of all answers so far).
 
     Stop sequences come from the sample's metadata.
 
     Args:
-        trials: the object that executes answers and asks again after failures; None if each question is sent
-            once.
+        conversation_factory: the object that executes answers and asks again after failures; None if each
+            question is sent once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         stop = state.metadata.get("stop")
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
         transcript = _SampleTranscript(state)
-        if trials is None:
+        if conversation_factory is None:
             transcript.add_reply(await _ask_model(state.messages, restrictions))
             return state
-        conversation = trials.start_conversation(str(state.sample_id), state.epoch)
+        conversation = conversation_factory.start_conversation(str(state.sample_id), state.epoch)
         while not conversation.is_over:
             messages = transcript.add_question(conversation.question, conversation)
             reply = await _ask_model(messages, restrictions)
@@ -283,7 +283,7 @@ class _SampleTranscript:
 
     def add_recorded_answer(self, answer: Answer) -> None:
         """Add an answer from an earlier start of the run to the state of the sample."""
-        restore_answer(self._state, answer)
+        put_recorded_answer_into_state(self._state, answer)
         self._store_answer_text(answer.text)
 
     def add_reply(self, reply: _ModelReply) -> None:
@@ -297,7 +297,7 @@ class _SampleTranscript:
         self._state.metadata[ANSWERS] = [*self._state.metadata.get(ANSWERS, ()), text]
 
 
-def restore_answer(state: TaskState, answer: Answer) -> None:
+def put_recorded_answer_into_state(state: TaskState, answer: Answer) -> None:
     """Put a recorded answer into the state of a sample, as if the model had just replied."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
@@ -333,7 +333,9 @@ def make_answer(
     )
 
 
-def _make_answer_restrictions(job: QuestionJob, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
+def _make_schema_and_stop_sequence_options(
+    job: QuestionJob, task_id: str, stop: tuple[str, ...]
+) -> GenerateConfig | None:
     """Return the options for a schema and stop sequences, which only some models support, or None."""
     schema = job.make_answer_schema(task_id)
     stop = stop if job.decoding.stop else ()

@@ -65,7 +65,7 @@ from eai.run.request_errors import (
     is_library_or_key_missing,
     limit_tries_of_refused_connections,
 )
-from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
+from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, add_logged_study_results_to_record
 from eai.run.solver import (
     make_messages,
     make_solver_that_asks_questions,
@@ -244,7 +244,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 spec.combined_options_of_studies.select_abilities([ability])
                 beliefs = None
                 if stage is not None:
-                    asked, beliefs = _make_prompts_that_state_model_beliefs(stage, asked, suite)
+                    asked, beliefs = _make_prompts_stating_model_goals_or_scenes(stage, asked, suite)
                     about = beliefs.metadata
                 trials = make_suite_conversations(
                     spec.combined_options_of_studies.replanning, library, suite, asked, beliefs
@@ -331,7 +331,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     )
 
 
-def _make_prompts_that_state_model_beliefs(
+def _make_prompts_stating_model_goals_or_scenes(
     stage: StageThatObtainsGoalsOrScenes, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], GoalsAndScenesStatedInPrompts]:
     """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
@@ -435,7 +435,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     )
 
 
-def make_function_that_adds_logged_study_options(
+def make_function_adding_logged_study_results(
     log_path: Path, suite: Suite
 ) -> Callable[[Record], Record] | None:
     """Return a function that adds the options and results of studies in a log to the record of an answer.
@@ -455,7 +455,7 @@ def make_function_that_adds_logged_study_options(
         str(s.id): (s.metadata, s.epoch, _read_question(s))
         for s in _select_sample_with_majority_answer_per_task(log, suite.ability)
     }
-    return partial(make_record_of_logged_answer, suite, experiment, logged_samples)
+    return partial(add_logged_study_results_to_record, suite, experiment, logged_samples)
 
 
 def _read_question(sample: EvalSample) -> str:
@@ -510,7 +510,7 @@ def request_missing_answers(
     run = RunState(job, AnswerJournal(journal), watch)
     run.call_progress_callback()
     if is_endpoint_on_server_of_user(job.endpoint) and not run.has_all_answers(job):
-        require_server_at_model_address(find_model(job.endpoint))
+        require_server_at_model_address(open_model_at_endpoint(job.endpoint))
     logs: dict[str, Path] = {}
     for part in job.split_into_jobs(sys.maxsize if job.pace.batch else _MAX_LOG_SAMPLES):
         logs |= dict.fromkeys(part.prompts, _find_or_make_log(part, run, log_dir))
@@ -574,7 +574,7 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
     The scores are written into the log afterwards (`eai.run.log_scores`). Return None if the run was
     interrupted before it began.
     """
-    pace, model = job.pace, find_model(job.endpoint)
+    pace, model = job.pace, open_model_at_endpoint(job.endpoint)
     sampling: dict[str, Any] = {**job.decoding.provider_options}
     logs = inspect_ai.eval(
         task,
@@ -597,7 +597,7 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
     return next(iter(logs), None)
 
 
-def find_model(endpoint: ModelEndpoint) -> Model:
+def open_model_at_endpoint(endpoint: ModelEndpoint) -> Model:
     """Return Inspect's model for an endpoint: a model's name, address and arguments.
 
     Raises:

@@ -14,7 +14,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import DataPackStore
 from eai.benchmarks.published import (
     TransitionTasks,
-    open_behavior_operator_tasks,
+    open_behavior_transition_tasks,
     open_virtualhome_transition_tasks,
 )
 from eai.pddl.model import PddlPredicate, get_variable_type
@@ -48,7 +48,7 @@ def write_all_true_operators(task: TransitionTask, *, with_parameters: bool) -> 
 
 @pytest.mark.parametrize("with_parameters", [False, True])
 @pytest.mark.parametrize(
-    ("open_tasks", "step"), [(open_virtualhome_transition_tasks, 25), (open_behavior_operator_tasks, 8)]
+    ("open_tasks", "step"), [(open_virtualhome_transition_tasks, 25), (open_behavior_transition_tasks, 8)]
 )
 def test_operators_that_assert_everything_have_plans_and_none_works(
     open_tasks: Callable[[Source], TransitionTasks],

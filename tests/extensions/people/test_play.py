@@ -64,7 +64,9 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 ) -> None:
     suite = open_suite(find_benchmark(domain), ACTING)
     task = task or suite.task_ids[0]
-    commands = EpisodeFactory(suite.benchmark).play_agent("oracle", suite.tasks[task], 0, 1)
+    commands = EpisodeFactory(suite.benchmark).play_episode_and_return_commands(
+        "oracle", suite.tasks[task], 0, 1
+    )
     done = play(*commands, tasks=task, domain=domain)
     assert (done.status, done.err) == (0, "")
     assert f"1 of 1 task over; written to {out}" in done.out

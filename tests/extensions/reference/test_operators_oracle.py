@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.base.store import DataPackStore
-from eai.benchmarks.published import TransitionTasks, open_behavior_operator_tasks
+from eai.benchmarks.published import TransitionTasks, open_behavior_transition_tasks
 from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
@@ -59,7 +59,7 @@ def plan_works() -> None:
 
 @pytest.fixture(scope="module")
 def behavior_as_published(data_store: DataPackStore) -> TransitionTasks:
-    return open_behavior_operator_tasks(Source(data_store))
+    return open_behavior_transition_tasks(Source(data_store))
 
 
 def expected(row: Mapping[str, Any], side: str) -> dict[str, list[int]]:

@@ -82,7 +82,7 @@ class SubgoalNotation:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
 
-    def get_domain_that_executes_subgoals(self) -> Domain:
+    def get_domain_for_executing_subgoals(self) -> Domain:
         """Return the domain whose actions carry out the subgoals."""
         return self.domain
 

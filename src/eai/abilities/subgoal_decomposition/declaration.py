@@ -77,7 +77,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 
     notation = parts.subgoal_notation()
-    domain = notation.get_domain_that_executes_subgoals()
+    domain = notation.get_domain_for_executing_subgoals()
     return partial(
         SubgoalDecompositionScorer, domain=domain, notation=notation, refinement=SubgoalRefiner(domain)
     )

@@ -29,9 +29,9 @@ from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, Behavi
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import compare_object_sizes_across_tasks, get_category_of_3d_model
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_answer_format_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_texts_for_short_prompts
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.published import make_reader_of_published_prompts, open_behavior_operator_tasks
+from eai.benchmarks.published import make_reader_of_published_prompts, open_behavior_transition_tasks
 from eai.benchmarks.reference_wheel import find_task_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
@@ -214,7 +214,7 @@ def _get_instance_name(task: Task, index: int) -> str:
 open_tasks = cache_opened_tasks_per_data_folder(open_behavior_tasks)
 """Returns the 100 tasks of BEHAVIOR."""
 
-open_operators = cache_opened_tasks_per_data_folder(open_behavior_operator_tasks)
+open_operators = cache_opened_tasks_per_data_folder(open_behavior_transition_tasks)
 """Returns BEHAVIOR's 100 tasks of transition modeling."""
 
 
@@ -247,7 +247,7 @@ def behavior() -> Benchmark:
             BehaviorGoalNotation(),
             BehaviorSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
-            short_texts=read_short_answer_format_texts("eai.benchmarks.behavior"),
+            short_texts=read_texts_for_short_prompts("eai.benchmarks.behavior"),
             wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english_words("eai.benchmarks.behavior"),

@@ -131,7 +131,7 @@ closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
 labelled = DefinedPredicate(
     "labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS))
 )
-carries, carried_by, within = support.make_carries_carried_by_and_within_predicates((lies_in, lies_on))
+carries, carried_by, within = support.make_predicates_carries_carried_by_within((lies_in, lies_on))
 shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = LookupPredicate(
     "floor_below",

@@ -22,7 +22,7 @@ from eai.benchmarks.behavior_1k.conventions import (
 )
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_activity_subsets, open_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_answer_format_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_texts_for_short_prompts
 from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.source import OpenTasks, Source, TaskSet, cache_opened_tasks_per_data_folder
@@ -137,7 +137,7 @@ def _make_variant(
         build_domain(),
         open_activities,
         Notation(
-            short_texts=read_short_answer_format_texts("eai.benchmarks.behavior_1k"),
+            short_texts=read_texts_for_short_prompts("eai.benchmarks.behavior_1k"),
             wordings=wordings,
             also_observed=("held", "robot_on"),
             english=_load_english(),

@@ -100,7 +100,7 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries, carried_by, within = support.make_carries_carried_by_and_within_predicates(_SUPPORTS)
+carries, carried_by, within = support.make_predicates_carries_carried_by_within(_SUPPORTS)
 
 
 def _find_floor_of_unsupported_object(state: State, obj: int) -> ObjectMask:
@@ -120,7 +120,7 @@ floor_of = LookupPredicate(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
-    inverse=support.make_cached_inverse_lookup(
+    inverse=support.make_cached_inverse_of_lookup_function(
         support.make_lookup_of_floor_under_object(SUPPORTS, _find_floor_of_unsupported_object)
     ),
 )

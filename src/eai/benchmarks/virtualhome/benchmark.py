@@ -22,7 +22,7 @@ from eai.abilities.protocol import Ability
 from eai.base.source import open_archive_files
 from eai.base.store import DataPackStore, ReportProgress, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_answer_format_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_texts_for_short_prompts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.published import make_reader_of_published_prompts, open_virtualhome_transition_tasks
@@ -31,7 +31,7 @@ from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_o
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoalNotation, VirtualHomeSubgoalNotation
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, room
-from eai.benchmarks.virtualhome.records import PACK, ObjectRecord, TaskRecord, VirtualHomeRecords
+from eai.benchmarks.virtualhome.records import PACK, SceneObjectRecord, TaskRecord, VirtualHomeRecords
 from eai.benchmarks.virtualhome.records import open_records as open_records
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
@@ -172,7 +172,9 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
 
 
 def _pair_placeholders_with_replacement_texts(
-    task: TaskRecord, shared_objects: Mapping[int, ObjectRecord], possible_states: Mapping[str, Sequence[str]]
+    task: TaskRecord,
+    shared_objects: Mapping[int, SceneObjectRecord],
+    possible_states: Mapping[str, Sequence[str]],
 ) -> tuple[tuple[str, str], ...]:
     """Return pairs: a placeholder of the template, and the text that replaces it for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
@@ -184,7 +186,7 @@ def _pair_placeholders_with_replacement_texts(
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
 
 
-def _format_object(record: ObjectRecord, possible_states: Mapping[str, Sequence[str]]) -> str:
+def _format_object(record: SceneObjectRecord, possible_states: Mapping[str, Sequence[str]]) -> str:
     states = [state.upper() for state in possible_states.get(record.class_name, ())]
     return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
 
@@ -299,7 +301,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeGoalNotation(),
             VirtualHomeSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
-            short_texts=read_short_answer_format_texts("eai.benchmarks.virtualhome"),
+            short_texts=read_texts_for_short_prompts("eai.benchmarks.virtualhome"),
             wordings=make_wording,
             english=read_english_words("eai.benchmarks.virtualhome"),
         ),

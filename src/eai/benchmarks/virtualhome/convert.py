@@ -18,7 +18,7 @@ from eai.base.errors import DataError
 from eai.base.grouping import group_pairs
 from eai.base.source import ArchiveFiles
 from eai.base.store import ReportProgress
-from eai.benchmarks.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
+from eai.benchmarks.virtualhome.records import TASKS_MEMBER, Edge, SceneObjectRecord
 
 RESOURCES = "virtualhome_eval/resources/"
 GOALS_FILE = f"{RESOURCES}virtualhome/task_state_LTL_formula_accurate.json"
@@ -45,7 +45,7 @@ def _get_or_assign_number(value: T, numbers: dict[T, int]) -> int:
 class _HomeGraph(NamedTuple):
     """A scene graph: objects by ascending id, and edges in file order without duplicates."""
 
-    objects: Sequence[ObjectRecord]
+    objects: Sequence[SceneObjectRecord]
     edges: Sequence[Edge]
 
 
@@ -61,7 +61,7 @@ class _UnconvertedTask(NamedTuple):
 
 def _read_graph_with_interned_records(
     values: Mapping[str, Any],
-    interned_objects: dict[ObjectRecord, ObjectRecord],
+    interned_objects: dict[SceneObjectRecord, SceneObjectRecord],
     interned_edges: dict[Edge, Edge],
 ) -> _HomeGraph:
     """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
@@ -78,8 +78,8 @@ def _read_graph_with_interned_records(
     )
 
 
-def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
-    return ObjectRecord(
+def _read_object(node: Mapping[str, Any]) -> SceneObjectRecord:
+    return SceneObjectRecord(
         node["id"],
         node["class_name"],
         node["category"],
@@ -127,7 +127,7 @@ def _read_goal_annotations_by_task(wheel: ArchiveFiles) -> dict[str, Mapping[str
 def _convert_annotated_tasks(
     wheel: ArchiveFiles, annotations: Mapping[str, Mapping[str, Any]], report: ReportProgress
 ) -> bytes:
-    objects: dict[ObjectRecord, ObjectRecord] = {}
+    objects: dict[SceneObjectRecord, SceneObjectRecord] = {}
     edges: dict[Edge, Edge] = {}
     sources = []
     for done, (task_id, annotation) in enumerate(annotations.items()):
@@ -143,7 +143,7 @@ def _convert_annotated_tasks(
     return _encode_tasks(sources, list(objects))
 
 
-def _encode_tasks(sources: Sequence[_UnconvertedTask], objects: Sequence[ObjectRecord]) -> bytes:
+def _encode_tasks(sources: Sequence[_UnconvertedTask], objects: Sequence[SceneObjectRecord]) -> bytes:
     encoder = _TaskEncoder({record: number for number, record in enumerate(objects)})
     base = encoder.compute_common_graph(sources)
     base_edges = encoder.flatten_edges(base.edges)
@@ -173,7 +173,7 @@ def _encode_tasks(sources: Sequence[_UnconvertedTask], objects: Sequence[ObjectR
 class _TaskEncoder:
     """Encodes the graphs of tasks as differences from another graph. Objects and relations become numbers."""
 
-    objects: Mapping[ObjectRecord, int]
+    objects: Mapping[SceneObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
@@ -260,13 +260,15 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     return sorted(edges, key=make_sort_key)
 
 
-def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
+def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed_edges: set[Edge]) -> set[Edge]:
     """Return the `ON` or `INSIDE` edges of each object for which the order of these edges changed.
 
     The order is unchanged if the list of edges begins with the old edges that were not removed. If the order
     changed, all edges of the list must be written again.
     """
-    stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
+    stayed = _group_ordered_edges_by_source_and_relation(
+        edge for edge in before.edges if edge not in removed_edges
+    )
     return {
         edge
         for key, edges in _group_ordered_edges_by_source_and_relation(after.edges).items()

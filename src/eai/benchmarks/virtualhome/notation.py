@@ -107,7 +107,7 @@ class VirtualHomeGoalNotation(GoalNotation):
         return tuple([obj.category for obj in task.scene.objects])
 
 
-def make_written_goal(fields: list[str]) -> WrittenGoal:
+def make_goal_from_json_field_values(fields: list[str]) -> WrittenGoal:
     """Return the goal with the given fields: three for a relation, two for a state, one for an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
@@ -129,13 +129,13 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _reject_missing_or_unknown_goal_sections(sections: AnswerGoalSections) -> AnswerGoalSections | None:
+def _get_goal_sections_if_valid(sections: AnswerGoalSections) -> AnswerGoalSections | None:
     """Return the sections of goals in an answer, or None if it has no section or an unknown section."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_goal_sections_format(_reject_missing_or_unknown_goal_sections, _find_section_error)
+_FORM = make_goal_sections_format(_get_goal_sections_if_valid, _find_section_error)
 
 
 def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -150,7 +150,7 @@ def _read_goal(field_names: tuple[str, ...], value: object) -> WrittenGoal | Non
         return None
     members = dict(value.members)
     fields = [field for name in field_names if isinstance(field := members.get(name), str)]
-    return make_written_goal(fields) if len(fields) == len(field_names) else None
+    return make_goal_from_json_field_values(fields) if len(fields) == len(field_names) else None
 
 
 def _get_kind_and_fields(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
@@ -207,7 +207,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
-    def get_domain_that_executes_subgoals(self) -> Domain:
+    def get_domain_for_executing_subgoals(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.make_domain_with_switch_hands_action()
 

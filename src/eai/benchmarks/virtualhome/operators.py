@@ -296,7 +296,7 @@ def make_operators() -> tuple[Operator, ...]:
         *_make_object_handling_actions(),
         *_make_device_actions(),
         *_make_looking_actions(),
-        *_make_actions_using_objects(),
+        *_make_consuming_and_manipulating_actions(),
         *_make_cleaning_actions(),
         *_make_clothing_actions(),
     )
@@ -423,7 +423,7 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     )
 
 
-def _make_actions_using_objects() -> tuple[Operator, ...]:
+def _make_consuming_and_manipulating_actions() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (

@@ -173,7 +173,7 @@ def has_object_ids(plan: WrittenPlan) -> bool:
     return any(_is_numeric_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
-def join_classes_and_ids_in_plan(plan: WrittenPlan) -> WrittenPlan:
+def join_object_classes_and_ids_in_plan(plan: WrittenPlan) -> WrittenPlan:
     """Return a copy of the plan in which each class and its id are joined to one object."""
     steps = [WrittenStep(step.action, _pair_classes_with_ids(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))

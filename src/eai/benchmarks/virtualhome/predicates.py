@@ -41,7 +41,7 @@ def get_object_id(state: State, index: int) -> int:
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
-def find_rooms(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+def find_rooms_containing_object(state: State, arguments: tuple[int, ...]) -> ObjectMask:
     """Return, as a bit mask, the rooms that contain an object; a room contains itself.
 
     An object in exactly one container, which is no room, is in the rooms of this container. The mask is 0 for
@@ -60,7 +60,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> ObjectMask:
 
 
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> ObjectMask:
-    """Return a bit mask of all objects in a room, that is, for which `find_rooms` finds this room."""
+    """Return a bit mask of all objects in a room, that is, for which `find_rooms_containing_object` finds this room."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
@@ -85,7 +85,7 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
     return state.relation(predicate).row(source) & candidates
 
 
-def make_lookup_of_places_grabbed_from(
+def make_lookup_of_places_to_grab_object_from(
     relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
     """Return a lookup function for the origins of objects: the places from which they are grabbed.
@@ -210,7 +210,7 @@ _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = LookupPredicate(
     "room_of",
     2,
-    find_rooms,
+    find_rooms_containing_object,
     reads=("ROOM", "INSIDE"),
     inverse=find_objects_in_room,
     meaning=DefinedPredicate(
@@ -225,7 +225,7 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_predicate_of_place_grabbed_from(relation_index: int, name: str) -> LookupPredicate:
+def _make_predicate_of_place_to_grab_object_from(relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to the places from which it is grabbed, by one relation.
 
     If an earlier relation in `RELATIONS_TO_PLACE_GRABBED_FROM` relates the object to a place, the predicate
@@ -237,7 +237,7 @@ def _make_predicate_of_place_grabbed_from(relation_index: int, name: str) -> Loo
     return LookupPredicate(
         name,
         2,
-        make_lookup_of_places_grabbed_from(relation_index),
+        make_lookup_of_places_to_grab_object_from(relation_index),
         ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
         meaning,
     )
@@ -275,7 +275,7 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_predicate_of_place_grabbed_from(position, name)
+    _make_predicate_of_place_to_grab_object_from(position, name)
     for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
 seat_full = _make_full_seat_predicate("seat_full", SEAT_CAPACITIES)

@@ -40,7 +40,7 @@ Edge: TypeAlias = tuple[int, str, int]
 
 
 @dataclass(frozen=True)
-class ObjectRecord:
+class SceneObjectRecord:
     """An object of a graph; `properties` and `states` are sorted and without duplicates."""
 
     id: int
@@ -65,8 +65,8 @@ class GraphDelta:
     """
 
     removed_ids: tuple[int, ...]
-    changed_objects: tuple[ObjectRecord, ...]
-    added_objects: tuple[ObjectRecord, ...]
+    changed_objects: tuple[SceneObjectRecord, ...]
+    added_objects: tuple[SceneObjectRecord, ...]
     removed_edges: tuple[Edge, ...]
     added_edges: tuple[Edge, ...]
 
@@ -122,9 +122,9 @@ class _ObjectAndRelationTables(NamedTuple):
     """Tables of objects and relations for all tasks. The record of a task has indices into these tables."""
 
     relations: Sequence[str]
-    records: Sequence[ObjectRecord]
+    records: Sequence[SceneObjectRecord]
 
-    def get_objects(self, indices: Iterable[int]) -> tuple[ObjectRecord, ...]:
+    def get_objects(self, indices: Iterable[int]) -> tuple[SceneObjectRecord, ...]:
         return tuple(map(self.records.__getitem__, indices))
 
     def read_edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
@@ -168,7 +168,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
         values = json.loads(header)
         labels = list(map(tuple, values["labels"]))
         records = [
-            ObjectRecord(number, name, category, labels[owned], labels[state])
+            SceneObjectRecord(number, name, category, labels[owned], labels[state])
             for number, name, category, owned, state in values["objects"]
         ]
         tables = _ObjectAndRelationTables(values["relations"], records)

@@ -12,7 +12,7 @@ from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABUL
 from eai.benchmarks.virtualhome.records import (
     CHARACTER_ID,
     GraphDelta,
-    ObjectRecord,
+    SceneObjectRecord,
     TaskRecord,
     VirtualHomeRecords,
     open_records,
@@ -91,7 +91,10 @@ class _SceneGraphAsBitMasks:
         return _SceneGraphAsBitMasks(objects, labels, index, unary, rows, columns, ends)
 
     def _update_object_masks_of_unary_predicates(
-        self, unary_masks: list[ObjectMask], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
+        self,
+        unary_masks: list[ObjectMask],
+        records: Iterable[SceneObjectRecord],
+        index_by_id: Mapping[int, int],
     ) -> None:
         """Update the bit masks of unary predicates for new objects and for objects that changed.
 

@@ -270,8 +270,8 @@ class _SubgoalNotationWithSwappedNames(SubgoalNotation):
         super().__init__(plain.domain)
         self._plain, self._words = plain, words
 
-    def get_domain_that_executes_subgoals(self) -> Domain:
-        return self._plain.get_domain_that_executes_subgoals()
+    def get_domain_for_executing_subgoals(self) -> Domain:
+        return self._plain.get_domain_for_executing_subgoals()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
         return self._plain.make_formula_lexicon(scene)

@@ -22,7 +22,7 @@ from eai.cli.options import (
     parse_external_agent_setting,
 )
 from eai.cli.progress import make_command_print_how_to_resume
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_suite_for_acting_and_select_tasks
 from eai.results.responses import (
     SUFFIX,
     Response,
@@ -66,7 +66,7 @@ def play(
     setting = parse_external_agent_setting(settings or ())
     if page is None and setting.feedback == PICTURES:
         raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
-    suite, chosen = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
+    suite, chosen = open_suite_for_acting_and_select_tasks(domain, tasks, sample, seed, data)
     answers = _EpisodeFile(out, suite)
     tasks_left, total = _begin_or_resume_unfinished_episodes(chosen, suite, setting, answers), len(chosen)
     if page is None:

@@ -16,7 +16,7 @@ from eai.abilities.declining import list_commands_that_decline_task
 from eai.agents.command import DONE, LOOK
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
-from eai.agents.play import EpisodeAnswer, RecordedGame, read_episode
+from eai.agents.play import RecordedGame, StoredEpisode, read_episode
 from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -58,7 +58,7 @@ def begin_or_resume_episode(
     if not saved_episode:
         return RecordedGame(game_setup, seed, 1, harness=HARNESS), ()
     saved = read_episode(saved_episode)
-    if not isinstance(saved, EpisodeAnswer):
+    if not isinstance(saved, StoredEpisode):
         raise InputError(
             f"{game_setup.task.id}: the answer in the file --out cannot be read as an episode: "
             f"{saved.reason}; give another file as --out, or remove this answer"

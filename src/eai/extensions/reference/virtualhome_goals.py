@@ -13,7 +13,11 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer, d
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.verdict import ALL, ConfusionCounts, Unreadable
-from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoalNotation, make_written_goal
+from eai.benchmarks.virtualhome.notation import (
+    FIELDS,
+    VirtualHomeGoalNotation,
+    make_goal_from_json_field_values,
+)
 from eai.benchmarks.virtualhome.predicates import get_object_id
 from eai.logic.choice import generate_dnf_terms_of_tree
 from eai.tasks.task import GoalKind, Task
@@ -184,7 +188,7 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 def _read_goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
     if any(name not in entry for name in names):
         return None
-    return make_written_goal([_read_field(name, entry[name]) for name in names])
+    return make_goal_from_json_field_values([_read_field(name, entry[name]) for name in names])
 
 
 def _make_hashable(value: Any) -> object:

@@ -30,7 +30,7 @@ from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
     VirtualHomePlanNotation,
     has_object_ids,
-    join_classes_and_ids_in_plan,
+    join_object_classes_and_ids_in_plan,
     make_object_index_lookup,
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
@@ -128,7 +128,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         for number, step in enumerate(plan.steps):
             if len(step.objects) % 2:
                 return Unreadable(f"{step.action}: a name without an id", number)
-        return join_classes_and_ids_in_plan(plan)
+        return join_object_classes_and_ids_in_plan(plan)
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return a function from a name to the index of a relevant object of the task, or None.

@@ -95,9 +95,9 @@ def _find_room_of_object(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room_of_object,
-    "lies_on": p.make_lookup_of_places_grabbed_from(0, find_first_related_object_as_mask),
-    "lies_in": p.make_lookup_of_places_grabbed_from(1, find_first_related_object_as_mask),
-    "lies_next_to": p.make_lookup_of_places_grabbed_from(2, find_first_related_object_as_mask),
+    "lies_on": p.make_lookup_of_places_to_grab_object_from(0, find_first_related_object_as_mask),
+    "lies_in": p.make_lookup_of_places_to_grab_object_from(1, find_first_related_object_as_mask),
+    "lies_next_to": p.make_lookup_of_places_to_grab_object_from(2, find_first_related_object_as_mask),
 }
 
 
