@@ -13,8 +13,8 @@ from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
     GoalPatternsOfDemonstrations,
     GoalTemplate,
-    UserDecisionsOnTitleGoals,
-    _ObjectClassOrProperties,
+    UserGoalDecisionsForTaskTitle,
+    _ObjectKindByClassOrProperties,
     apply_user_command_to_decisions,
     check_goals,
     count_patterns,
@@ -25,7 +25,7 @@ from eai.extensions.annotation.decisions import (
     group_by_title,
     parse_pattern,
     read_ignored_predicates_and_user_decisions,
-    write_user_decisions_on_title_goals,
+    write_user_goal_decisions_by_task_title,
 )
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.planning import PlannerChoice
@@ -65,13 +65,15 @@ def test_a_malformed_pattern_is_refused(text: str) -> None:
 
 
 def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
-    assert _ObjectClassOrProperties(properties=("A", "B")) == _ObjectClassOrProperties(properties=("B", "A"))
+    assert _ObjectKindByClassOrProperties(properties=("A", "B")) == _ObjectKindByClassOrProperties(
+        properties=("B", "A")
+    )
     assert (
         len(
             {
-                _ObjectClassOrProperties(properties=("A", "B")),
-                _ObjectClassOrProperties(properties=("B", "A")),
-                _ObjectClassOrProperties("A"),
+                _ObjectKindByClassOrProperties(properties=("A", "B")),
+                _ObjectKindByClassOrProperties(properties=("B", "A")),
+                _ObjectKindByClassOrProperties("A"),
             }
         )
         == 2
@@ -150,7 +152,7 @@ def test_the_first_completely_met_candidate_is_assigned(
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
-    known = {"Tidy up": UserDecisionsOnTitleGoals((candidate("lit(lamp)", "do LIGHT"),))}
+    known = {"Tidy up": UserGoalDecisionsForTaskTitle((candidate("lit(lamp)", "do LIGHT"),))}
     made = list(derive_goals_from_demonstrations(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[format_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
@@ -164,8 +166,8 @@ def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 
-def decided(*commands: str) -> UserDecisionsOnTitleGoals:
-    listing, chosen = GoalPatternsOfDemonstrations(SHARED, DOMAIN, ["near"]), UserDecisionsOnTitleGoals()
+def decided(*commands: str) -> UserGoalDecisionsForTaskTitle:
+    listing, chosen = GoalPatternsOfDemonstrations(SHARED, DOMAIN, ["near"]), UserGoalDecisionsForTaskTitle()
     for command in commands:
         chosen = apply_user_command_to_decisions(command, chosen, listing)
     return chosen
@@ -173,7 +175,7 @@ def decided(*commands: str) -> UserDecisionsOnTitleGoals:
 
 def test_commands_make_candidates() -> None:
     listing = GoalPatternsOfDemonstrations(SHARED, DOMAIN, ["near"])
-    assert [str(pattern) for pattern in listing.patterns_numbered_for_user[:3]] == [
+    assert [str(pattern) for pattern in listing.patterns_in_order_shown_to_user[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",
         "on(cup, shelf)",
@@ -215,8 +217,8 @@ def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str)
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
     assert read_ignored_predicates_and_user_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": UserDecisionsOnTitleGoals()}
-    write_user_decisions_on_title_goals(path, *made)
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": UserGoalDecisionsForTaskTitle()}
+    write_user_goal_decisions_by_task_title(path, *made)
     assert read_ignored_predicates_and_user_decisions(path) == made
     assert path.read_text() == format_user_decisions_as_toml(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]

@@ -22,7 +22,7 @@ from eai.extensions.annotation.decisions import (
     ChangesMadeByDemonstration,
     GoalPattern,
     GoalTemplate,
-    _ObjectClassOrProperties,
+    _ObjectKindByClassOrProperties,
     count_patterns,
     find_changes_made_by_demonstration,
     find_index_of_first_met_template,
@@ -71,11 +71,14 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
         yield tuple(map(GoalPattern, words))
     for state in candidate["states"]:
         yield tuple(
-            GoalPattern(each["state"], (_ObjectClassOrProperties(each["name"]),))
+            GoalPattern(each["state"], (_ObjectKindByClassOrProperties(each["name"]),))
             for each in state["alternatives"]
         )
     for each in candidate["exact_relations"]:
-        ends = (_ObjectClassOrProperties(each["from_name"]), _ObjectClassOrProperties(each["to_name"]))
+        ends = (
+            _ObjectKindByClassOrProperties(each["from_name"]),
+            _ObjectKindByClassOrProperties(each["to_name"]),
+        )
         yield (GoalPattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
     for each in candidate["relations"]:
         yield tuple(
@@ -86,11 +89,11 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
         )
 
 
-def _kind(values: Mapping[str, Any]) -> _ObjectClassOrProperties:
+def _kind(values: Mapping[str, Any]) -> _ObjectKindByClassOrProperties:
     return (
-        _ObjectClassOrProperties(values["class"])
+        _ObjectKindByClassOrProperties(values["class"])
         if "class" in values
-        else _ObjectClassOrProperties(properties=tuple(values["properties"]))
+        else _ObjectKindByClassOrProperties(properties=tuple(values["properties"]))
     )
 
 

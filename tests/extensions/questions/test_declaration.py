@@ -9,7 +9,10 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.questions.declaration import _VerdictOnQuestionAnswer, open_question_file
+from eai.extensions.questions.declaration import (
+    _VerdictOnQuestionAnswer,
+    open_question_file_as_named_task_set,
+)
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import compute_answer_entropy
 from eai.results.batch import score_run
@@ -192,7 +195,7 @@ def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
 def test_a_task_file_is_no_question_file(tmp_path: Path) -> None:
     file = tmp_path / "tasks.jsonl"
     file.write_text('{"id":"one","version":1,"base":"lamps:lamps"}\n', encoding="utf-8")
-    assert open_question_file(file) is None
+    assert open_question_file_as_named_task_set(file) is None
 
 
 @pytest.mark.parametrize(

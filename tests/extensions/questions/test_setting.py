@@ -81,7 +81,7 @@ def test_a_missing_plan_is_searched_for_in_sixty_states(
     )
     setting = opened(light)
     assert sorted(name for name, _ in setting.path) == ["GO", "GO", "PRESS", "PRESS"]
-    assert setting.path_reaches_goals
+    assert setting.has_path_from_unmet_to_met_goals
     assert [limit.states for limit in limits] == [60]
     assert len(opened(replace(light, goals=())).path) == 6, "at random"
     assert len(limits) == 1
@@ -90,10 +90,12 @@ def test_a_missing_plan_is_searched_for_in_sixty_states(
 def test_a_path_works_if_it_reaches_goals_that_did_not_hold(
     light: Task, opened: Callable[[Task], QuestionSetting]
 ) -> None:
-    assert opened(replace(light, script=steps(light, WAY))).path_reaches_goals
-    assert not opened(replace(light, script=steps(light, "GO lamp_1"))).path_reaches_goals
+    assert opened(replace(light, script=steps(light, WAY))).has_path_from_unmet_to_met_goals
+    assert not opened(replace(light, script=steps(light, "GO lamp_1"))).has_path_from_unmet_to_met_goals
     lit = light.scene.state([Fact("lit", (light.scene.index[name],)) for name in ("lamp_1", "lamp_2")])
-    assert not opened(replace(light, initial=lit, script=steps(light, "GO lamp_1"))).path_reaches_goals
+    assert not opened(
+        replace(light, initial=lit, script=steps(light, "GO lamp_1"))
+    ).has_path_from_unmet_to_met_goals
 
 
 def test_the_scene_has_only_shown_and_used_objects(
@@ -325,6 +327,6 @@ def test_a_graph_with_too_many_states_is_refused(lamps: Benchmark) -> None:
 
 def test_a_setting_without_a_plan_of_its_own_takes_what_search_finds(lamps: Benchmark) -> None:
     world = setting(lamps, "pack")
-    assert world.path_reaches_goals
+    assert world.has_path_from_unmet_to_met_goals
     assert [action.operator for action in world.path] == ["GO", "OPEN", "GO", "TAKE", "GO", "PUT"]
     assert len(world.states) == len(world.path) + 1

@@ -63,25 +63,27 @@ def posed(
 def test_a_shortcut_is_scored_on_a_question(
     question: YesNoOrChoiceQuestion, shortcut: str, share: float
 ) -> None:
-    assert SurfaceCueCounts().score_shortcuts_and_add_question(question)[shortcut] == pytest.approx(share)
+    assert SurfaceCueCounts().score_shortcuts_and_update_cue_counts(question)[shortcut] == pytest.approx(
+        share
+    )
 
 
 def test_shortcuts_learn_from_earlier_questions() -> None:
     ledger = SurfaceCueCounts()
     for place in range(4):
-        ledger.score_shortcuts_and_add_question(
+        ledger.score_shortcuts_and_update_cue_counts(
             posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0)
         )
     assert (
-        ledger.score_shortcuts_and_add_question(
+        ledger.score_shortcuts_and_update_cue_counts(
             posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1)
         )["operator"]
         == 1
     )
     closed = SurfaceCueCounts()
     for _ in range(3):
-        closed.score_shortcuts_and_add_question(posed(["on(cup)"], None, "the cup"))
-    hits = closed.score_shortcuts_and_add_question(posed(["on(pan)"], 0, "the pan"))
+        closed.score_shortcuts_and_update_cue_counts(posed(["on(cup)"], None, "the cup"))
+    hits = closed.score_shortcuts_and_update_cue_counts(posed(["on(pan)"], 0, "the pan"))
     assert (hits["operator"], hits["text"]) == (0, 0)
 
 
@@ -90,8 +92,8 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     glance = make_feature_reader("", (), {"nothing": ()})
     ledger = SurfaceCueCounts()
     for right in (0, 1, 2):
-        ledger.score_shortcuts_and_add_question(YesNoOrChoiceQuestion(shown, right, glance))
-    learned = ledger.score_shortcuts_and_add_question(
+        ledger.score_shortcuts_and_update_cue_counts(YesNoOrChoiceQuestion(shown, right, glance))
+    learned = ledger.score_shortcuts_and_update_cue_counts(
         YesNoOrChoiceQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance)
     )
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
@@ -99,10 +101,10 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
 
 def test_a_question_that_reduces_bias_has_no_excess() -> None:
     ledger = SurfaceCueCounts()
-    assert ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], 0)) == 0
-    while not ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], 0)):
-        ledger.score_shortcuts_and_add_question(posed(["on(cup)"], 0))
-    assert ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], None)) == 0
+    assert ledger.compute_shortcut_bias_above_limit_if_added(posed(["on(cup)"], 0)) == 0
+    while not ledger.compute_shortcut_bias_above_limit_if_added(posed(["on(cup)"], 0)):
+        ledger.score_shortcuts_and_update_cue_counts(posed(["on(cup)"], 0))
+    assert ledger.compute_shortcut_bias_above_limit_if_added(posed(["on(cup)"], None)) == 0
 
 
 def test_the_tolerated_bias_grows_with_every_ten_questions() -> None:
@@ -112,8 +114,8 @@ def test_the_tolerated_bias_grows_with_every_ten_questions() -> None:
         """That of one question more of a kind of which there were eight too many among so many."""
         ledger = SurfaceCueCounts()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
-            ledger.score_shortcuts_and_add_question(question)
-        return ledger.compute_excess_shortcut_bias_if_added(right)
+            ledger.score_shortcuts_and_update_cue_counts(question)
+        return ledger.compute_shortcut_bias_above_limit_if_added(right)
 
     assert excess(8) > 0
     assert excess(10) < excess(8)

@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from eai.extensions.scenes.arranging import _STANDS
-from eai.extensions.scenes.body import find_kind_of_object_body, find_object_body, read_object_body_table
+from eai.extensions.scenes.body import (
+    find_body_shape_of_object_kind,
+    find_object_kind_for_body_shape,
+    read_shape_size_and_colour_by_object_kind,
+)
 from eai.extensions.scenes.scene import _TYPES
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 
 
 def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:
-    for name in read_object_body_table():
-        body = find_object_body(name)
+    for name in read_shape_size_and_colour_by_object_kind():
+        body = find_body_shape_of_object_kind(name)
         assert body is not None
         assert body.stand in _STANDS
         assert {part.form for part in body.parts} <= {*_TYPES}
@@ -38,13 +42,13 @@ def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:
     ],
 )
 def test_kinds_are_told_by_name_or_category(name: str, category: str, kind: str) -> None:
-    assert find_kind_of_object_body(name, category) == kind
+    assert find_object_kind_for_body_shape(name, category) == kind
 
 
 def test_half_a_thing_is_half_as_wide_and_what_is_unknown_has_no_body() -> None:
-    half, whole = find_object_body("half_apple"), find_object_body("apple")
+    half, whole = find_body_shape_of_object_kind("half_apple"), find_body_shape_of_object_kind("apple")
     assert half is not None
     assert whole is not None
     assert half.size == (whole.size[0] / 2, *whole.size[1:])
-    assert find_object_body("unicorn") is None
-    assert find_object_body("half_unicorn") is None
+    assert find_body_shape_of_object_kind("unicorn") is None
+    assert find_body_shape_of_object_kind("half_unicorn") is None

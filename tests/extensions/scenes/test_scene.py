@@ -25,7 +25,7 @@ def scene() -> MujocoScene:
 
 
 def test_all_facts_hold_and_others_do_not(scene: MujocoScene) -> None:
-    assert scene.list_broken_relations() == []
+    assert scene.list_relations_not_met_by_geometry() == []
     assert geometry.is_inside(scene, MILK, FRIDGE)
     assert geometry.is_inside(scene, APPLE, BASKET)
     assert geometry.is_on_top(scene, PLATE, COUNTER)
@@ -40,7 +40,9 @@ def test_a_fact_that_is_broken_is_found() -> None:
     place = scene.data.xpos[scene.mujoco_body_of_object[COUNTER]].tolist()
     scene.model.body_pos[scene.mujoco_body_of_object[FRIDGE]] = (9.0, 9.0, 1.0)
     scene.mujoco.mj_forward(scene.model, scene.data)
-    lost = {(SCENE.objects[a].name, relation) for a, relation, _ in scene.list_broken_relations()}
+    lost = {
+        (SCENE.objects[a].name, relation) for a, relation, _ in scene.list_relations_not_met_by_geometry()
+    }
     assert lost == {("milk_7", "lies_in"), ("fridge_2", "on the floor of")}
     assert scene.data.xpos[scene.mujoco_body_of_object[COUNTER]].tolist() == place
 

@@ -25,7 +25,7 @@ from eai.extensions.annotation.decisions import (
     Annotation,
     ChangesMadeByDemonstration,
     GoalPatternsOfDemonstrations,
-    UserDecisionsOnTitleGoals,
+    UserGoalDecisionsForTaskTitle,
 )
 from eai.extensions.annotation.problems import (
     SampledProblem,
@@ -57,7 +57,7 @@ Demonstrations = Annotated[
         help="An archive of further demonstrations, if the benchmark can read one.",
     ),
 ]
-Without = Annotated[
+IgnoredPredicates = Annotated[
     list[str] | None,
     make_flag(
         "--without",
@@ -92,7 +92,7 @@ def _read_benchmark_and_demonstrations(
     return benchmark, annotation.group_by_title(tasks, title)
 
 
-def _derive_goals_with_decision_file(
+def _derive_goals_from_saved_user_decisions(
     benchmark: Benchmark, tasks_by_title: Mapping[str, list[Task]], decision_file: Path
 ) -> list[Annotation]:
     if not decision_file.exists():
@@ -106,10 +106,10 @@ def _derive_goals_with_decision_file(
 
 
 @app.command(name="differences")
-def print_changes_made_by_demonstrations(
+def print_state_changes_made_by_demonstrations(
     domain: OfDomain,
     title: OfTitle = None,
-    without: Without = None,
+    without: IgnoredPredicates = None,
     count: bool = False,
     everything: Annotated[bool, make_flag("--all")] = False,
     demonstrations: Demonstrations = None,
@@ -172,7 +172,7 @@ def ask_user_to_choose_goal_patterns(
     domain: OfDomain,
     title: Annotated[str, make_flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
-    without: Without = None,
+    without: IgnoredPredicates = None,
     demonstrations: Demonstrations = None,
     data: DataFolder = None,
 ) -> None:
@@ -198,14 +198,14 @@ def ask_user_to_choose_goal_patterns(
     listing = GoalPatternsOfDemonstrations(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
-    _print_goal_candidates_and_undecided_patterns(listing, saved.get(title, UserDecisionsOnTitleGoals()))
+    _print_goal_candidates_and_undecided_patterns(listing, saved.get(title, UserGoalDecisionsForTaskTitle()))
     end_reason = _save_decisions_and_return_end_reason(decisions, saved, title, listing)
     print_result_line(f"{end_reason}; written to {decisions}")
 
 
 def _save_decisions_and_return_end_reason(
     decision_file: Path,
-    saved_decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals],
+    saved_decisions_by_title: Mapping[str, UserGoalDecisionsForTaskTitle],
     title: str,
     listing: GoalPatternsOfDemonstrations,
 ) -> str:
@@ -219,12 +219,12 @@ def _save_decisions_and_return_end_reason(
         UserInterruptError: the user interrupted the command.
     """
     chosen, before = (
-        saved_decisions_by_title.get(title, UserDecisionsOnTitleGoals()),
-        list[UserDecisionsOnTitleGoals](),
+        saved_decisions_by_title.get(title, UserGoalDecisionsForTaskTitle()),
+        list[UserGoalDecisionsForTaskTitle](),
     )
     try:
         while True:
-            annotation.write_user_decisions_on_title_goals(
+            annotation.write_user_goal_decisions_by_task_title(
                 decision_file, listing.without, {**saved_decisions_by_title, title: chosen}
             )
             command = input("> " if sys.stdin.isatty() else "").strip()
@@ -240,7 +240,7 @@ def _save_decisions_and_return_end_reason(
         return "the input ended"
     except KeyboardInterrupt:
         # The user may have interrupted the command before the last decision was written.
-        annotation.write_user_decisions_on_title_goals(
+        annotation.write_user_goal_decisions_by_task_title(
             decision_file, listing.without, {**saved_decisions_by_title, title: chosen}
         )
         raise UserInterruptError(
@@ -250,10 +250,10 @@ def _save_decisions_and_return_end_reason(
 
 def _apply_command(
     command: str,
-    chosen: UserDecisionsOnTitleGoals,
-    earlier_decisions: list[UserDecisionsOnTitleGoals],
+    chosen: UserGoalDecisionsForTaskTitle,
+    earlier_decisions: list[UserGoalDecisionsForTaskTitle],
     listing: GoalPatternsOfDemonstrations,
-) -> UserDecisionsOnTitleGoals:
+) -> UserGoalDecisionsForTaskTitle:
     if not command:
         return chosen
     if command == "undo":
@@ -266,7 +266,7 @@ def _apply_command(
 
 
 def _print_goal_candidates_and_undecided_patterns(
-    listing: GoalPatternsOfDemonstrations, decisions: UserDecisionsOnTitleGoals
+    listing: GoalPatternsOfDemonstrations, decisions: UserGoalDecisionsForTaskTitle
 ) -> None:
     for number, candidate in enumerate(decisions.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
@@ -278,14 +278,14 @@ def _print_goal_candidates_and_undecided_patterns(
             print_result_line(f"    {text}")
     rows = listing.find_numbers_of_undecided_patterns(decisions)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
-        pattern = listing.patterns_numbered_for_user[number - 1]
+        pattern = listing.patterns_in_order_shown_to_user[number - 1]
         print_result_line(f"{number:4}  {pattern}  in {listing.demonstration_counts[pattern]}")
     if len(rows) > _MAX_SHOWN_PATTERNS:
         print_result_line(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 
 
 @app.command(name="goals")
-def print_or_write_demonstration_goals(
+def print_or_write_goals_from_user_decisions(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
@@ -310,7 +310,7 @@ def print_or_write_demonstration_goals(
         checked: Instead, print every task whose goals in the data set differ.
     """
     benchmark, titles = _read_benchmark_and_demonstrations(domain, title, demonstrations, data)
-    annotations = _derive_goals_with_decision_file(benchmark, titles, decisions)
+    annotations = _derive_goals_from_saved_user_decisions(benchmark, titles, decisions)
     if checked:
         print_findings_and_exit(
             list(annotation.check_goals(annotations)), "all goals follow from the decisions", as_json=as_json

@@ -53,7 +53,7 @@ _PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?
 
 
 @dataclass(frozen=True, slots=True)
-class _ObjectClassOrProperties:
+class _ObjectKindByClassOrProperties:
     """A kind of object: all objects of a class, or all objects with exactly the given properties.
 
     Attributes:
@@ -66,7 +66,10 @@ class _ObjectClassOrProperties:
     properties: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ObjectClassOrProperties) and self._comparison_key == other._comparison_key
+        return (
+            isinstance(other, _ObjectKindByClassOrProperties)
+            and self._comparison_key == other._comparison_key
+        )
 
     def __hash__(self) -> int:
         return hash(self._comparison_key)
@@ -89,7 +92,7 @@ class GoalPattern:
     """
 
     name: str
-    kinds: tuple[_ObjectClassOrProperties, ...] = ()
+    kinds: tuple[_ObjectKindByClassOrProperties, ...] = ()
 
     @property
     def is_action(self) -> bool:
@@ -125,15 +128,15 @@ def parse_pattern(text: str) -> GoalPattern:
             f"{text!r}: expected a pattern such as ON(lamp), ONTOP({{GRABBABLE, MOVABLE}}, table) or do TOUCH"
         )
     name, *kinds = filter(None, atom.groups())
-    return GoalPattern(name, tuple(map(_parse_kind, kinds)))
+    return GoalPattern(name, tuple(map(_parse_object_kind, kinds)))
 
 
-def _parse_kind(text: str) -> _ObjectClassOrProperties:
+def _parse_object_kind(text: str) -> _ObjectKindByClassOrProperties:
     words = [word.strip() for word in text.strip("{}").split(",")]
     return (
-        _ObjectClassOrProperties(properties=tuple(filter(None, words)))
+        _ObjectKindByClassOrProperties(properties=tuple(filter(None, words)))
         if text.startswith("{")
-        else _ObjectClassOrProperties(text)
+        else _ObjectKindByClassOrProperties(text)
     )
 
 
@@ -168,24 +171,24 @@ class ChangesMadeByDemonstration:
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.describe_object_by_class(object_index) == kind
+            self.make_object_kind_from_class(object_index) == kind
             if kind.name
-            else self.describe_object_by_properties(object_index) == kind
+            else self.make_object_kind_from_properties(object_index) == kind
             for object_index, kind in pairs
         )
 
-    def describe_object_by_class(self, object_index: int) -> _ObjectClassOrProperties:
+    def make_object_kind_from_class(self, object_index: int) -> _ObjectKindByClassOrProperties:
         """Return a description of an object by its class; it fits all objects of this class."""
-        return _ObjectClassOrProperties(self.scene.objects[object_index].category)
+        return _ObjectKindByClassOrProperties(self.scene.objects[object_index].category)
 
-    def describe_object_by_properties(self, object_index: int) -> _ObjectClassOrProperties:
+    def make_object_kind_from_properties(self, object_index: int) -> _ObjectKindByClassOrProperties:
         """Return a description of an object by its properties (visible static predicates).
 
         It fits all objects with exactly these properties.
         """
         initial = self.task.initial
         names = list_visible_static_unary_predicates(self.scene.vocabulary)
-        return _ObjectClassOrProperties(
+        return _ObjectKindByClassOrProperties(
             properties=tuple(name for name in names if initial.has(name, object_index))
         )
 
@@ -266,7 +269,7 @@ def count_patterns(
     for changes in differences:
         for fact in changes.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(changes.describe_object_by_class, fact.arguments))
+                classes = tuple(map(changes.make_object_kind_from_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
                 wild.update(_generalize_fact(changes, fact.predicate, fact.arguments))
     return exact + wild
@@ -279,8 +282,8 @@ def _generalize_fact(
         return
     for end, object_index in enumerate(object_indices):
         if object_index != changes.scene.agent:
-            kinds = [changes.describe_object_by_class(other) for other in object_indices]
-            kinds[end] = changes.describe_object_by_properties(object_index)
+            kinds = [changes.make_object_kind_from_class(other) for other in object_indices]
+            kinds[end] = changes.make_object_kind_from_properties(object_index)
             yield GoalPattern(name, tuple(kinds))
 
 
@@ -346,7 +349,7 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class UserDecisionsOnTitleGoals:
+class UserGoalDecisionsForTaskTitle:
     """A user's decisions about the goals of all tasks with one title.
 
     Attributes:
@@ -365,8 +368,8 @@ class UserDecisionsOnTitleGoals:
         return frozenset(self.dropped).union(*entries)
 
 
-class _TitleDecisionsTomlTable(Options):
-    """A user's decisions about one task title (`UserDecisionsOnTitleGoals`), as a table in a TOML file.
+class _TaskTitleUserDecisionsTomlTable(Options):
+    """A user's decisions about one task title (`UserGoalDecisionsForTaskTitle`), as a table in a TOML file.
 
     Attributes:
         candidates: possible meanings of the title, in the order in which they are tried.
@@ -377,7 +380,7 @@ class _TitleDecisionsTomlTable(Options):
     dropped: tuple[str, ...] = ()
 
 
-class _DecisionsByTitleTomlFile(Options):
+class _UserDecisionsByTaskTitleTomlFile(Options):
     """The content of a TOML file of a user's decisions about task titles.
 
     Attributes:
@@ -386,12 +389,12 @@ class _DecisionsByTitleTomlFile(Options):
     """
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _TitleDecisionsTomlTable] = {}
+    title: Mapping[str, _TaskTitleUserDecisionsTomlTable] = {}
 
 
 def read_ignored_predicates_and_user_decisions(
     path: Path,
-) -> tuple[tuple[str, ...], dict[str, UserDecisionsOnTitleGoals]]:
+) -> tuple[tuple[str, ...], dict[str, UserGoalDecisionsForTaskTitle]]:
     """Read from a TOML file which goals a user chose for tasks with the same title.
 
     Returns:
@@ -403,13 +406,13 @@ def read_ignored_predicates_and_user_decisions(
     """
     if not path.exists():
         return (), {}
-    content, titles = _DecisionsByTitleTomlFile.read_file(path), {}
+    content, titles = _UserDecisionsByTaskTitleTomlFile.read_file(path), {}
     for name, table in content.title.items():
         with prefix_errors_with_location(f"{path}: title {name!r}"):
             candidates = tuple(
                 tuple(map(_parse_alternative_patterns, entries)) for entries in table.candidates
             )
-            titles[name] = UserDecisionsOnTitleGoals(candidates, tuple(map(parse_pattern, table.dropped)))
+            titles[name] = UserGoalDecisionsForTaskTitle(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
 
 
@@ -424,8 +427,10 @@ def _parse_alternative_patterns(texts: Sequence[str]) -> AlternativePatterns:
     return patterns
 
 
-def write_user_decisions_on_title_goals(
-    path: Path, ignored_predicates: Sequence[str], decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals]
+def write_user_goal_decisions_by_task_title(
+    path: Path,
+    ignored_predicates: Sequence[str],
+    decisions_by_title: Mapping[str, UserGoalDecisionsForTaskTitle],
 ) -> None:
     """Write a user's decisions about the goals of task titles to a TOML file.
 
@@ -438,24 +443,24 @@ def write_user_decisions_on_title_goals(
 
 
 def format_user_decisions_as_toml(
-    ignored_predicates: Sequence[str], decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals]
+    ignored_predicates: Sequence[str], decisions_by_title: Mapping[str, UserGoalDecisionsForTaskTitle]
 ) -> str:
     """Return a user's decisions about the goals of task titles as TOML, with one line for each entry."""
-    lines = [f"without = {_format_strings(ignored_predicates)}"]
+    lines = [f"without = {_format_as_toml_string_list(ignored_predicates)}"]
     for name, chosen in decisions_by_title.items():
         lines += [
             "",
             f"[title.{json.dumps(name)}]",
-            f"dropped = {_format_strings(chosen.dropped)}",
+            f"dropped = {_format_as_toml_string_list(chosen.dropped)}",
             "candidates = [",
         ]
         for candidate in chosen.candidates:
-            lines += ["  [", *(f"    {_format_strings(entry)}," for entry in candidate), "  ],"]
+            lines += ["  [", *(f"    {_format_as_toml_string_list(entry)}," for entry in candidate), "  ],"]
         lines.append("]")
     return "\n".join(lines) + "\n"
 
 
-def _format_strings(values: Sequence[GoalPattern] | Sequence[str]) -> str:
+def _format_as_toml_string_list(values: Sequence[GoalPattern] | Sequence[str]) -> str:
     """Return texts as a TOML list on one line. The texts are written as JSON strings, which TOML allows."""
     return json.dumps([str(value) for value in values])
 
@@ -498,26 +503,26 @@ class GoalPatternsOfDemonstrations:
         }
 
     @cached_property
-    def patterns_numbered_for_user(self) -> Sequence[GoalPattern]:
+    def patterns_in_order_shown_to_user(self) -> Sequence[GoalPattern]:
         """The patterns of changed facts, such as ``ON(lamp)``, in the order of their numbers for the user.
 
         Numbers start at 1. Decisions to keep or drop patterns do not change the numbers.
         """
         return tuple(self.demonstration_counts)
 
-    def find_numbers_of_undecided_patterns(self, decisions: UserDecisionsOnTitleGoals) -> list[int]:
+    def find_numbers_of_undecided_patterns(self, decisions: UserGoalDecisionsForTaskTitle) -> list[int]:
         """Return the numbers, from 1 on, of the patterns that the user neither kept nor dropped."""
         decided = decisions.decided_patterns
         return [
             number
-            for number, pattern in enumerate(self.patterns_numbered_for_user, 1)
+            for number, pattern in enumerate(self.patterns_in_order_shown_to_user, 1)
             if pattern not in decided
         ]
 
 
 def apply_user_command_to_decisions(
-    command: str, decisions: UserDecisionsOnTitleGoals, listing: GoalPatternsOfDemonstrations
-) -> UserDecisionsOnTitleGoals:
+    command: str, decisions: UserGoalDecisionsForTaskTitle, listing: GoalPatternsOfDemonstrations
+) -> UserGoalDecisionsForTaskTitle:
     """Return a user's decisions about the goals of a task title, changed by one more command of the user.
 
     The commands keep or drop patterns, such as ``ON(lamp)`` (see `HELP`). The caller handles ``undo`` and
@@ -553,11 +558,11 @@ def apply_user_command_to_decisions(
 def _parse_pattern_numbers(text: str, listing: GoalPatternsOfDemonstrations) -> list[GoalPattern]:
     patterns = []
     for word in text.replace(",", " ").split():
-        if not word.isdecimal() or not 1 <= int(word) <= len(listing.patterns_numbered_for_user):
+        if not word.isdecimal() or not 1 <= int(word) <= len(listing.patterns_in_order_shown_to_user):
             raise InputError(
-                f"{word!r}: expected a number from 1 to {len(listing.patterns_numbered_for_user)}"
+                f"{word!r}: expected a number from 1 to {len(listing.patterns_in_order_shown_to_user)}"
             )
-        patterns.append(listing.patterns_numbered_for_user[int(word) - 1])
+        patterns.append(listing.patterns_in_order_shown_to_user[int(word) - 1])
     if not patterns:
         raise InputError("expected numbers of listed patterns, such as 1 3")
     return patterns
@@ -598,8 +603,8 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 
 def _add_patterns_to_last_goal_candidate(
-    decisions: UserDecisionsOnTitleGoals, required_patterns: Sequence[AlternativePatterns]
-) -> UserDecisionsOnTitleGoals:
+    decisions: UserGoalDecisionsForTaskTitle, required_patterns: Sequence[AlternativePatterns]
+) -> UserGoalDecisionsForTaskTitle:
     """Return a user's decisions about a task title, with more conditions in the last candidate.
 
     A candidate is a possible meaning of the title. If the decisions have no candidate, the conditions make
@@ -634,7 +639,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def derive_goals_from_demonstrations(
     tasks_by_title: Mapping[str, Iterable[Task]],
     domain: Domain,
-    decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals],
+    decisions_by_title: Mapping[str, UserGoalDecisionsForTaskTitle],
 ) -> Iterator[Annotation]:
     """Yield each demonstration's changes, the index of the first candidate that it meets, and its goals.
 
@@ -645,7 +650,7 @@ def derive_goals_from_demonstrations(
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
     for name, tasks in tasks_by_title.items():
-        candidates = decisions_by_title.get(name, UserDecisionsOnTitleGoals()).candidates
+        candidates = decisions_by_title.get(name, UserGoalDecisionsForTaskTitle()).candidates
         for candidate in candidates:
             for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):

@@ -83,14 +83,14 @@ def compute_krippendorff_alpha(units: RatingsByTask) -> float | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _AnnotationRating:
+class _HumanRatingOfAnnotation:
     task: str
     rater: str
     attribute: str
     score: int
 
 
-def read_ratings(path: Path) -> tuple[_AnnotationRating, ...]:
+def read_ratings(path: Path) -> tuple[_HumanRatingOfAnnotation, ...]:
     """Read people's ratings of annotations from a CSV file, in order.
 
     Raises:
@@ -107,7 +107,7 @@ def read_ratings(path: Path) -> tuple[_AnnotationRating, ...]:
         *("mean", "weighted_mse", "spread", "alpha"),
     ),
 )
-def summarize_ratings(ratings: Iterable[_AnnotationRating]) -> Iterator[Row]:
+def summarize_ratings(ratings: Iterable[_HumanRatingOfAnnotation]) -> Iterator[Row]:
     """Ratings of annotations by attribute.
 
     Ratings are 1 to 5. `repeated`: number of tasks rated more than once. Only these tasks count in the last
@@ -125,7 +125,7 @@ def summarize_ratings(ratings: Iterable[_AnnotationRating]) -> Iterator[Row]:
 
 
 @collect_rows_in_table("annotation_scores", ("attribute", "score", "ratings"))
-def count_ratings_by_score(ratings: Sequence[_AnnotationRating]) -> Iterator[Row]:
+def count_ratings_by_score(ratings: Sequence[_HumanRatingOfAnnotation]) -> Iterator[Row]:
     """Number of times that each score was given.
 
     The table has a row for each attribute and score.
@@ -135,7 +135,7 @@ def count_ratings_by_score(ratings: Sequence[_AnnotationRating]) -> Iterator[Row
         yield from [(attribute, score, counts[attribute, score]) for score in SCORES]
 
 
-def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_AnnotationRating]:
+def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_HumanRatingOfAnnotation]:
     lines = enumerate(rows, 1)
     _, header = next(lines, (1, []))
     names = [name.strip().lower() for name in header]
@@ -162,7 +162,7 @@ def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Annotatio
                 f"line {seen[key]} does; keep one of them"
             )
         seen[key] = line
-        yield _AnnotationRating(*key, score=int(fields["score"]))
+        yield _HumanRatingOfAnnotation(*key, score=int(fields["score"]))
     if not seen:
         raise InputError(f"{path}: line 2: expected ratings, found none")
 

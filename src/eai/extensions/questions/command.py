@@ -88,10 +88,10 @@ def questions(
     if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
     write_files_atomically({out: questions_to_bytes(written_questions)})
-    chances = _compute_success_rates_of_shortcuts(written_questions)
+    chances = _compute_shortcut_rates_by_kind_and_form(written_questions)
     if not as_json:
         _print_answer_balance(written_questions)
-        _print_best_rates_of_guessing_and_shortcuts(written_questions, chances)
+        _print_best_rates_without_world_knowledge(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
     number = format_count(len(written_questions), "question")
     line = f"{number} written to {out}, each with its right answer{fewer}"
@@ -104,11 +104,13 @@ def questions(
     print_result(line, then, value=value, as_json=as_json)
 
 
-_KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
+_QuestionKindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
 
 
 def _print_table_by_question_kind_and_form(
-    title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_KindAndForm], Cell]]
+    title: str,
+    questions: Sequence[Question],
+    columns: Mapping[Column, Callable[[_QuestionKindAndForm], Cell]],
 ) -> None:
     """Print a table with a row for each kind of question, and the given columns for each form of answer."""
     kinds = list(dict.fromkeys([question.kind for question in questions]))
@@ -125,7 +127,7 @@ def _print_table_by_question_kind_and_form(
 def _print_answer_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def format_gold_answer_entropy(kind_and_form: _KindAndForm) -> str:
+    def format_gold_answer_entropy(kind_and_form: _QuestionKindAndForm) -> str:
         share = compute_answer_entropy(questions, *kind_and_form)
         return "-" if share is None else f"{share:.2f}"
 
@@ -138,8 +140,8 @@ def _print_answer_balance(questions: Sequence[Question]) -> None:
     )
 
 
-def _print_best_rates_of_guessing_and_shortcuts(
-    questions: Sequence[Question], shortcut_rates: Mapping[_KindAndForm, Mapping[str, Rate]]
+def _print_best_rates_without_world_knowledge(
+    questions: Sequence[Question], shortcut_rates: Mapping[_QuestionKindAndForm, Mapping[str, Rate]]
 ) -> None:
     """Print, for each kind and form of question, the best rate of rules that need no knowledge of the world.
 
@@ -157,7 +159,9 @@ def _print_best_rates_of_guessing_and_shortcuts(
     )
 
 
-def _compute_success_rates_of_shortcuts(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
+def _compute_shortcut_rates_by_kind_and_form(
+    questions: Sequence[Question],
+) -> dict[_QuestionKindAndForm, dict[str, Rate]]:
     guesses = compute_guess_probabilities(questions)
     groups = group_pairs(((question.kind, question.form), question) for question in questions)
     return {

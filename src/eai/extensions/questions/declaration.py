@@ -52,7 +52,7 @@ GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
 """Names of ways to answer without knowledge of the world: to guess at random, and to use a shortcut rule."""
 
 
-class _AskedQuestion(NamedTuple):
+class _QuestionWithGuessProbability(NamedTuple):
     """A question of a file, and the probability that a guess answers it correctly.
 
     A guess takes one of the choices at random. Without choices (in open form), it takes the most frequent
@@ -93,7 +93,7 @@ class _VerdictOnQuestionAnswer(Verdict):
 class _QuestionScorer(Scorer):
     """Scores the answers to one question."""
 
-    def __init__(self, asked: _AskedQuestion) -> None:
+    def __init__(self, asked: _QuestionWithGuessProbability) -> None:
         self._question, self._guess = asked
 
     def assess(self, text: str) -> Assessment:
@@ -179,7 +179,9 @@ The line begins with the key `id`, and has no key `base`. Lines of task files ha
 """
 
 
-def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
+def open_question_file_as_named_task_set(
+    path: Path,
+) -> tuple[str, TaskSet[_QuestionWithGuessProbability]] | None:
     """Return the name of a set of questions and its questions, or None if the file is not a question file.
 
     Raises:
@@ -190,15 +192,19 @@ def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None
             return None
     questions, sha256 = read_questions_and_sha256(path)
     guesses = compute_guess_probabilities(questions)
-    by_id = {question.id: _AskedQuestion(question, guesses[question.id]) for question in questions}
+    by_id = {
+        question.id: _QuestionWithGuessProbability(question, guesses[question.id]) for question in questions
+    }
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
 
-def _get_prompt_and_answer(parts: DomainAndNotation, asked: _AskedQuestion) -> QuestionAndAnswer:
+def _get_prompt_and_answer(
+    parts: DomainAndNotation, asked: _QuestionWithGuessProbability
+) -> QuestionAndAnswer:
     return asked.question.prompt, format_gold_answer(asked.question)
 
 
-def _get_features(asked: _AskedQuestion) -> TaskFeatures:
+def _get_features(asked: _QuestionWithGuessProbability) -> TaskFeatures:
     """Return the features of a question for analyses, with the question's task as name.
 
     Analyses treat questions with one name as dependent on each other.
@@ -222,7 +228,7 @@ WORLD_MODEL = AbilityDeclaration(
     interaction=SingleQuestionInteraction(
         lambda parts: _QuestionScorer,
         _get_prompt_and_answer,
-        open_file=open_question_file,
+        open_file=open_question_file_as_named_task_set,
         features=_get_features,
         task_command="eai export questions",
     ),

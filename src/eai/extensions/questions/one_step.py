@@ -104,7 +104,7 @@ def make_question_about_action_that_changes_fact(
     return _make_which_action_question(setting, rng, state, action, {fact.predicate}, is_wanted_state, values)
 
 
-def make_question_about_action_with_given_changes(
+def make_question_about_action_that_made_changes(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionWithRightAndWrongTexts | None:
     """Ask which single action changed exactly the facts that the question lists.

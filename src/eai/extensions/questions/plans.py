@@ -13,9 +13,9 @@ from typing import Literal, NamedTuple, TypeAlias
 from eai.extensions.questions.one_step import draw_true_and_false_facts, draw_untrue_facts
 from eai.extensions.questions.question import Accept
 from eai.extensions.questions.setting import (
+    GraphOfReachableStates,
     QuestionSetting,
     QuestionWithRightAndWrongTexts,
-    StateGraph,
     draw_sample_keeping_order,
     explore_states,
     find_texts_with_shared_operator,
@@ -62,7 +62,8 @@ _MAX_STATES = 150
 _MAX_STATE_GRAPHS = 4
 """Maximum number of state graphs for the questions about one task.
 
-A state graph holds all states to which some drawn actions lead (`StateGraph`). A question lists the actions.
+A state graph holds all states to which some drawn actions lead (`GraphOfReachableStates`). A question lists
+the actions.
 """
 
 _MAX_FACTS_PER_ANSWER = 4
@@ -179,7 +180,7 @@ def make_counterfactual_question(
     Return None if the task's path (its executable actions) does not reach the goals, if no random change has
     the wanted outcome, or if the added step fails.
     """
-    if not setting.path_reaches_goals:
+    if not setting.has_path_from_unmet_to_met_goals:
         return None
     for _ in range(_MAX_PLAN_CHANGES):
         variant = _make_plan_with_one_change(setting, rng)
@@ -203,9 +204,9 @@ def make_validation_question(
     Return None if the task's path (its executable actions) does not reach the goals, or if no random change
     of the plan has the wanted result.
     """
-    if not setting.path_reaches_goals:
+    if not setting.has_path_from_unmet_to_met_goals:
         return None
-    working_plan, states = _make_path_with_detours_and_states(setting, rng)
+    working_plan, states = _add_detours_to_path_and_list_states(setting, rng)
     plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
     if wanted != outcome.result_word:
         for _ in range(_MAX_PLAN_CHANGES):
@@ -229,9 +230,9 @@ def make_justification_question(
 
     Return None if the task's path (its executable actions) does not reach the goals.
     """
-    if not setting.path_reaches_goals:
+    if not setting.has_path_from_unmet_to_met_goals:
         return None
-    plan, states = _make_path_with_detours_and_states(setting, rng)
+    plan, states = _add_detours_to_path_and_list_states(setting, rng)
     unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
@@ -347,7 +348,7 @@ def _corrupt_plan(
     return corrupted
 
 
-def _make_path_with_detours_and_states(
+def _add_detours_to_path_and_list_states(
     setting: QuestionSetting, rng: random.Random
 ) -> tuple[list[Action], list[State]]:
     """Return a task's path (its executable actions) with up to three unneeded actions, and its states."""
@@ -453,7 +454,7 @@ class _GoalNeedingSeveralActions:
         distance: number of actions in a shortest plan.
     """
 
-    def __init__(self, graph: StateGraph, goals: Sequence[Fact]) -> None:
+    def __init__(self, graph: GraphOfReachableStates, goals: Sequence[Fact]) -> None:
         self.graph, self.goals, self.facts = graph, goals, frozenset(goals)
         self.goal_states = [n for n, gained in enumerate(graph.added_facts) if self.facts.issubset(gained)]
         self.distance = graph.depths[self.goal_states[0]]
@@ -484,7 +485,7 @@ def _draw_distant_goal(
     return min(fitting, key=lambda goal: abs(goal.distance - wanted), default=None)
 
 
-def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> GraphOfReachableStates | None:
     """Choose some actions of a task at random, and return the graph of all states that they lead to.
 
     A question lists these actions. A task has at most `_MAX_STATE_GRAPHS` sets of such actions, so that
@@ -497,7 +498,9 @@ def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> 
     return setting.state_graphs[number]
 
 
-def _draw_actions_and_make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _draw_actions_and_make_state_graph(
+    setting: QuestionSetting, rng: random.Random
+) -> GraphOfReachableStates | None:
     """Draw actions, and return the graph of all states that they lead to.
 
     Some of the actions are from the task's path (its executable actions), the others are random.

@@ -77,7 +77,9 @@ class QuestionSetting:
     path: tuple[Action, ...]
     states: tuple[State, ...]
     seed: str
-    state_graphs: dict[int, StateGraph | None] = field(default_factory=dict, compare=False, repr=False)
+    state_graphs: dict[int, GraphOfReachableStates | None] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     @property
     def domain(self) -> Domain:
@@ -95,7 +97,7 @@ class QuestionSetting:
         return tuple([goal.formula for goal in self.task.goals])
 
     @cached_property
-    def path_reaches_goals(self) -> bool:
+    def has_path_from_unmet_to_met_goals(self) -> bool:
         """Whether the task's path (its executable actions) leads from unmet to met goals of the task."""
         return not all(self.evaluate_goals(self.states[0])) and all(self.evaluate_goals(self.states[-1]))
 
@@ -265,7 +267,7 @@ def _walk_randomly(task: Task, rules: DomainRules, rng: random.Random) -> tuple[
 
 
 @dataclass(frozen=True)
-class StateGraph:
+class GraphOfReachableStates:
     """All states that some actions lead to. Each action can be used any number of times.
 
     The exploration is complete, so a state that is absent is proved to be unreachable.
@@ -289,19 +291,19 @@ class StateGraph:
         """The facts that do not hold at the start but hold in some reachable state."""
         return frozenset().union(*self.added_facts)
 
-    def restrict_to_actions(self, actions: Sequence[int]) -> StateGraph:
+    def restrict_to_actions(self, actions: Sequence[int]) -> GraphOfReachableStates:
         """Return the part of the graph that stays reachable with only the given actions (indices)."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
-        def list_transitions_of_kept_actions(state_index: int) -> Iterator[tuple[int, int]]:
+        def list_allowed_actions_with_next_states(state_index: int) -> Iterator[tuple[int, int]]:
             return (
                 (new_numbers[action], target)
                 for action, target in self.edges[state_index]
                 if action in new_numbers
             )
 
-        kept, edges, depths = _explore_graph(0, list_transitions_of_kept_actions)
-        return StateGraph(
+        kept, edges, depths = _explore_graph(0, list_allowed_actions_with_next_states)
+        return GraphOfReachableStates(
             tuple([self.actions[number] for number in actions]),
             tuple([self.states[n] for n in kept]),
             edges,
@@ -327,7 +329,7 @@ class StateGraph:
 
 def explore_states(
     setting: QuestionSetting, start: State, actions: Sequence[Action], max_states: int
-) -> StateGraph | None:
+) -> GraphOfReachableStates | None:
     """Explore all states that some actions lead to. Return None if there are more than ``max_states``."""
 
     def list_successors(state: State) -> Iterator[tuple[int, State]]:
@@ -340,7 +342,7 @@ def explore_states(
     if len(states) > max_states:
         return None
     gained = [tuple(setting.find_added_facts(start, state)) for state in states]
-    return StateGraph(tuple(actions), tuple(states), edges, depths, tuple(gained))
+    return GraphOfReachableStates(tuple(actions), tuple(states), edges, depths, tuple(gained))
 
 
 def _explore_graph(

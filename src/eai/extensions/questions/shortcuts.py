@@ -169,7 +169,7 @@ class SurfaceCueCounts:
         self._questions = 0
         self._bias = 0
 
-    def compute_excess_shortcut_bias_if_added(self, question: YesNoOrChoiceQuestion) -> int:
+    def compute_shortcut_bias_above_limit_if_added(self, question: YesNoOrChoiceQuestion) -> int:
         """Return by how much the shortcut bias would exceed the tolerated bias if a question were added.
 
         Return 0 if it would not exceed the tolerated bias, or if the question does not raise the bias. A cue
@@ -177,7 +177,7 @@ class SurfaceCueCounts:
         right as often as chance predicts (see `_CUE_WEIGHT`). The bias is the sum of the squared balances of
         all cues.
         """
-        step = self._compute_bias_change_if_question_added(question)
+        step = self._compute_shortcut_bias_change_if_added(question)
         if step <= 0:
             return 0
         one = (_CUE_WEIGHT * (_count_options(question) - 1)) ** 2
@@ -186,7 +186,7 @@ class SurfaceCueCounts:
             self._bias + step - one * (_TOLERATED_BIAS + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
-    def score_shortcuts_and_add_question(self, question: YesNoOrChoiceQuestion) -> Mapping[str, float]:
+    def score_shortcuts_and_update_cue_counts(self, question: YesNoOrChoiceQuestion) -> Mapping[str, float]:
         """Add a question to the counts.
 
         Returns:
@@ -196,7 +196,7 @@ class SurfaceCueCounts:
         """
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
-        self._bias += self._compute_bias_change_if_question_added(question)
+        self._bias += self._compute_shortcut_bias_change_if_added(question)
         self._balance.update(_compute_balance_changes_by_cue(question, cues))
         for position, statement_cues in enumerate(cues):
             self._times.update(statement_cues.keys())
@@ -205,7 +205,7 @@ class SurfaceCueCounts:
         self._questions += 1
         return hits
 
-    def _compute_bias_change_if_question_added(self, question: YesNoOrChoiceQuestion) -> int:
+    def _compute_shortcut_bias_change_if_added(self, question: YesNoOrChoiceQuestion) -> int:
         weights = _compute_balance_changes_by_cue(question, self._find_cues_of_each_statement(question))
         return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
@@ -328,7 +328,7 @@ def draw_question_with_least_shortcut_bias(
         turn: a number that selects the right letter, or whether yes or no is right.
 
     Returns:
-        the result of `SurfaceCueCounts.compute_excess_shortcut_bias_if_added` for the best draw, and the
+        the result of `SurfaceCueCounts.compute_shortcut_bias_above_limit_if_added` for the best draw, and the
         question of this draw. The result is 0 if the bias is tolerated. None if there are too few right or
         wrong texts.
     """
@@ -356,7 +356,7 @@ def draw_question_with_least_shortcut_bias(
             )
         else:
             question = YesNoOrChoiceQuestion(_draw_choices(item, rng, position), position, read_features)
-        excess = cue_counts.compute_excess_shortcut_bias_if_added(question)
+        excess = cue_counts.compute_shortcut_bias_above_limit_if_added(question)
         if best is None or excess < best[0]:
             best = excess, question
         if not excess:
@@ -474,9 +474,9 @@ def compute_success_rates_of_shortcuts(
     }
 
 
-def find_best_shortcut(chances: Mapping[str, Rate]) -> str:
+def find_best_shortcut(success_rates: Mapping[str, Rate]) -> str:
     """Return the name of the shortcut, or of guessing, with the highest success rate. Guessing wins ties."""
-    return max(chances, key=lambda name: chances[name].numerator)
+    return max(success_rates, key=lambda name: success_rates[name].numerator)
 
 
 def _find_most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:

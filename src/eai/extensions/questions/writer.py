@@ -44,7 +44,7 @@ from eai.tasks.source import USUAL_SOURCE, Source
 ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
     QuestionKind.FORWARD: one_step.make_question_about_facts_after_action,
     QuestionKind.BACKWARD: one_step.make_question_about_action_that_changes_fact,
-    QuestionKind.INVERSE: one_step.make_question_about_action_with_given_changes,
+    QuestionKind.INVERSE: one_step.make_question_about_action_that_made_changes,
     QuestionKind.STATE: plans.make_state_tracking_question,
     QuestionKind.APPLICABILITY: one_step.make_applicability_question,
     QuestionKind.WHY_NOT: one_step.make_why_not_question,
@@ -263,7 +263,7 @@ class QuestionGenerator:
             shortcuts = (
                 {}
                 if draft.closed is None
-                else group.cue_counts.score_shortcuts_and_add_question(draft.closed)
+                else group.cue_counts.score_shortcuts_and_update_cue_counts(draft.closed)
             )
             prompt = question.prompt if show_action_rules else closed
             return question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
@@ -294,7 +294,7 @@ class QuestionGenerator:
         first.
         """
         rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
-        order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
+        order = _draw_balanced_right_answer_positions(f"{seed} {group.kind.value} {group.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
         for task_id in (name for name in tasks for _ in range(_ATTEMPTS_PER_TASK)):
             setting = self._setting(task_id, seed)
@@ -374,7 +374,7 @@ class QuestionGenerator:
         form = "any" if required_answers == "any" else group.form.value
         return {
             "objects": _format_objects(setting),
-            "facts": _format_facts(setting, item, operators),
+            "facts": _format_state_facts_for_question_prompt(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
             "actions": setting.rules.write_operator_signatures(operators),
             "question": _format_question_text(item, setting, group, self._templates, choices),
@@ -424,7 +424,7 @@ def _format_objects(setting: QuestionSetting) -> str:
     )
 
 
-def _format_facts(
+def _format_state_facts_for_question_prompt(
     setting: QuestionSetting, item: QuestionWithRightAndWrongTexts, operators: Collection[str]
 ) -> str:
     """Return the lines in which a prompt lists facts, one line for each predicate.
@@ -448,7 +448,7 @@ def _format_facts(
     return format_list([", ".join(texts) for texts in lines.values()]) or "- nothing"
 
 
-def _draw_answer_order(seed: str) -> list[int]:
+def _draw_balanced_right_answer_positions(seed: str) -> list[int]:
     """Return the right answers of consecutive questions, as random numbers from 0 to 3.
 
     A number stands for the letter of the right choice; in yes-no questions, an even number stands for yes. In

@@ -140,7 +140,9 @@ class BehaviorGoalInterpretationScorer(Scorer):
     ) -> tuple[list[Value], list[Value], list[Value]]:
         stated = frozenset(answer_conditions)
         wanted = [
-            condition for option in self._choose_closest_option_of_each_goal(stated) for condition in option
+            condition
+            for option in self._choose_goal_options_closest_to_answer(stated)
+            for condition in option
         ]
         needed = frozenset[Value](wanted)
         return (
@@ -149,7 +151,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             [condition for condition in wanted if condition not in stated],
         )
 
-    def _choose_closest_option_of_each_goal(
+    def _choose_goal_options_closest_to_answer(
         self, answer_conditions: frozenset[Value]
     ) -> list[tuple[Value, ...]]:
         """Return one option (way to meet the goal) for each goal.
@@ -171,7 +173,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
                 GoalReport(
                     "condition", text, stated.issuperset(option), predicates=find_predicate_names(text)
                 )
-                for option in self._choose_closest_option_of_each_goal(stated)
+                for option in self._choose_goal_options_closest_to_answer(stated)
                 for text in (" and ".join(map(_format_condition, option)),)
             ),
             atoms={

@@ -179,7 +179,7 @@ def make_operators_that_transfer_one_object() -> Iterator[Operator]:
 
 
 @_apply_to_all_operators
-def allow_handling_halves_before_slicing(operator: Operator) -> Operator:
+def allow_handling_halves_of_unsliced_object(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.forbid_half_of_unsliced_object(X), o.forbid_half_of_unsliced_object(Y))
 
@@ -207,7 +207,7 @@ def never_report_placing_as_wrong_order(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def keep_only_latest_relation_of_object_pair(operator: Operator) -> Operator:
+def keep_only_latest_of_onfloor_under_nextto(operator: Operator) -> Operator:
     """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
     return replace(operator, effects=_let_new_relations_replace_old(operator.effects))
 
@@ -255,9 +255,9 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     leave_released_objects_in_mid_air,
     make_placing_inside_floor_fail,
     make_transfer_of_contents_fail,
-    allow_handling_halves_before_slicing,
+    allow_handling_halves_of_unsliced_object,
     never_report_placing_as_wrong_order,
-    keep_only_latest_relation_of_object_pair,
+    keep_only_latest_of_onfloor_under_nextto,
     allow_freezing_without_fridge,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""
@@ -277,10 +277,10 @@ def list_dnf_terms_that_eai_eval_tries(formula: f.Formula, objects: ObjectsByCat
     Raises:
         InputError: a variable is not bound, or BDDL has no such formula.
     """
-    return _LimitedDnfConverter(objects).list_dnf_terms(formula, {})
+    return _DnfConverterWithEaiEvalLimits(objects).list_dnf_terms(formula, {})
 
 
-class _LimitedDnfConverter:
+class _DnfConverterWithEaiEvalLimits:
     """Converts conditions to disjunctive normal form, with only those terms that eai-eval tries."""
 
     def __init__(self, objects: ObjectsByCategory) -> None:
@@ -305,16 +305,16 @@ class _LimitedDnfConverter:
             case f.ForAll(variable, body):
                 return _conjoin_each_combination(
                     _generate_combinations_up_to_limit(
-                        self._list_dnf_terms_by_value_of_variable(variable, body, binding)
+                        self._list_dnf_terms_for_each_bound_object(variable, body, binding)
                     )
                 )
             case f.Exists(variable, body):
                 return list(
-                    chain.from_iterable(self._list_dnf_terms_by_value_of_variable(variable, body, binding))
+                    chain.from_iterable(self._list_dnf_terms_for_each_bound_object(variable, body, binding))
                 )
             case f.Exactly(count, variable, body):
                 vectors = _generate_combinations_up_to_limit(
-                    self._list_dnf_terms_by_value_of_variable(variable, body, binding)
+                    self._list_dnf_terms_for_each_bound_object(variable, body, binding)
                 )
                 chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
                 return _conjoin_each_combination(chain.from_iterable(chosen))
@@ -323,7 +323,7 @@ class _LimitedDnfConverter:
             case _:
                 raise InputError(f"BDDL has no formula of type {type(formula).__name__}; rewrite the goal")
 
-    def _list_dnf_terms_by_value_of_variable(
+    def _list_dnf_terms_for_each_bound_object(
         self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
     ) -> list[list[DnfTerm]]:
         values = self._objects(variable.category)

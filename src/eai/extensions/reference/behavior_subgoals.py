@@ -155,7 +155,7 @@ def _find_hand_with(object_index: int, hands: _Hands, scene: Scene) -> str | Non
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
-def _order_literals_if_one_action_achieves_both(
+def _find_on_and_next_to_literals_of_one_action(
     first: GroundAtom, second: GroundAtom
 ) -> tuple[GroundAtom, GroundAtom] | None:
     """Return two literals in order if one action makes both true: ``ontop`` or ``onfloor``, then ``nextto``.
@@ -229,7 +229,7 @@ class BehaviorSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_planners_indexed_by_first_literal(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners that find actions for the literals of an answer, in order.
@@ -246,7 +246,7 @@ class BehaviorSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
             pair = (
                 None
                 if first is None or second is None
-                else _order_literals_if_one_action_achieves_both(first, second)
+                else _find_on_and_next_to_literals_of_one_action(first, second)
             )
             if pair is not None:
                 steps.append((number, partial(_plan_placing_on_and_next_to, *pair)))

@@ -62,8 +62,8 @@ def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leaked),
-        precondition=binder.make_literals_with_unbound_variables_false(precondition, scope),
-        effect=binder.replace_effects_with_unbound_variables(action.effect, scope),
+        precondition=binder.replace_unbound_literals_by_false(precondition, scope),
+        effect=binder.replace_effects_that_have_unbound_variables(action.effect, scope),
     )
     if binder.refused:
         return PddlFinding(
@@ -104,21 +104,21 @@ class _VariableBinder:
 
     refused: list[str] = field(default_factory=list)
 
-    def make_literals_with_unbound_variables_false(
-        self, formula: f.Formula, scope: Names, *, universal: bool = False
+    def replace_unbound_literals_by_false(
+        self, formula: f.Formula, scope: Names, *, is_inside_forall: bool = False
     ) -> f.Formula:
         loose = _list_unbound_names(get_terms(formula), scope)
         if loose:
-            self.refused += loose if universal else ()
+            self.refused += loose if is_inside_forall else ()
             return f.FALSE
         scope = scope.union([variable.name for variable in get_bound_variables(formula)])
-        inside = universal or isinstance(formula, f.ForAll)
+        inside = is_inside_forall or isinstance(formula, f.ForAll)
         return map_subformulas(
             formula,
-            lambda part: self.make_literals_with_unbound_variables_false(part, scope, universal=inside),
+            lambda part: self.replace_unbound_literals_by_false(part, scope, is_inside_forall=inside),
         )
 
-    def replace_effects_with_unbound_variables(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
+    def replace_effects_that_have_unbound_variables(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
             case m.Add(atom):
                 return m.Add(UNBOUND_ADDED) if _list_unbound_names(atom.arguments, scope) else effect
@@ -126,22 +126,22 @@ class _VariableBinder:
                 return m.NO_EFFECT if _list_unbound_names(atom.arguments, scope) else effect
             case m.AndEffect(parts):
                 return m.AndEffect(
-                    tuple(self.replace_effects_with_unbound_variables(part, scope) for part in parts)
+                    tuple(self.replace_effects_that_have_unbound_variables(part, scope) for part in parts)
                 )
             case m.ForAllEffect(variable, part):
                 return m.ForAllEffect(
-                    variable, self.replace_effects_with_unbound_variables(part, scope | {variable.name})
+                    variable, self.replace_effects_that_have_unbound_variables(part, scope | {variable.name})
                 )
             case m.WhenEffect():
-                return self._replace_unbound_variables_in_when_effect(effect, scope)
+                return self._replace_unbound_parts_of_when_effect(effect, scope)
 
-    def _replace_unbound_variables_in_when_effect(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
+    def _replace_unbound_parts_of_when_effect(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
         condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
-            self.make_literals_with_unbound_variables_false(condition, inner),
-            self.replace_effects_with_unbound_variables(effect.part, inner),
+            self.replace_unbound_literals_by_false(condition, inner),
+            self.replace_effects_that_have_unbound_variables(effect.part, inner),
         )
         return wrap_in_quantifiers(m.ForAllEffect, leaked, bound)
 
@@ -181,7 +181,7 @@ def make_task_imitating_planner_of_2024(
         problem: the problem of the data set.
     """
     objects = (*header.constants, *problem.objects)
-    names = _UndeclaredConstantRewriter(frozenset(item.name for item in objects))
+    names = _UndeclaredConstantToPredicateRewriter(frozenset(item.name for item in objects))
     renamed = tuple(map(names.move_constants_into_predicate_names, _make_names_distinct(actions)))
     initial = tuple(map(names.remove_undeclared_constants_from_atom, problem.initial))
     goal = map_leaves(problem.goal, names.remove_undeclared_constants_from_leaf)
@@ -290,7 +290,7 @@ def _make_names_distinct(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
 
 
 @dataclass(slots=True)
-class _UndeclaredConstantRewriter:
+class _UndeclaredConstantToPredicateRewriter:
     """Moves undeclared constants from the arguments of an atom into the name of its predicate."""
 
     declared: frozenset[str]

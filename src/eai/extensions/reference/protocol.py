@@ -73,10 +73,10 @@ def open_scored_virtualhome_tasks(
 
             return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
         case _:
-            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
+            raise _make_unsupported_suite_error(f"{benchmark.name} {ability.value}")
 
 
-def choose_opener_by_object_ids_in_answers(
+def choose_task_opener_by_object_ids_in_answers(
     benchmark: Benchmark, ability: Ability, answers: Iterable[str]
 ) -> Opener | None:
     """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
@@ -117,7 +117,7 @@ def open_scored_behavior_tasks(benchmark: Benchmark, ability: Ability, source: S
 
             return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
-            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
+            raise _make_unsupported_suite_error(f"{benchmark.name} {ability.value}")
 
 
 def _open_scored_transition_modeling_tasks(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
@@ -150,13 +150,13 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
         InputError: the benchmark is not VirtualHome or BEHAVIOR, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
-        raise _make_unscored_error(benchmark.name)
+        raise _make_unsupported_suite_error(benchmark.name)
     if ability is Ability.TRANSITION_MODELING:
         return _open_scored_transition_modeling_tasks(benchmark, source)
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
-def _make_unscored_error(suite: str) -> InputError:
+def _make_unsupported_suite_error(suite: str) -> InputError:
     return InputError(f"{suite} is not scored under {NAME}; choose another protocol or ability")
 
 
@@ -259,7 +259,7 @@ class _TrialWithRandomFailures(MultiAttemptTrial):
         return attempt
 
 
-def remove_errors_of_success_before_last_attempt(
+def remove_errors_of_early_successful_attempts(
     verdicts: Sequence[PlanVerdict], replans: int
 ) -> Sequence[PlanVerdict]:
     """Return the verdicts on a task's attempts, without the errors of successful attempts.
@@ -282,7 +282,7 @@ EAI_1_0_5 = ProtocolImplementation(
     replanning=make_options_of_published_replanning,
     trial=_TrialWithRandomFailures,
     judge_by_goals_in_prompt=count_removed_goal_as_unreached,
-    count_errors_as_published=remove_errors_of_success_before_last_attempt,
-    choose_suite_for_answers=choose_opener_by_object_ids_in_answers,
+    count_errors_as_published=remove_errors_of_early_successful_attempts,
+    choose_suite_for_answers=choose_task_opener_by_object_ids_in_answers,
 )
 """The implementation of the protocol `eai-1.0.5`."""

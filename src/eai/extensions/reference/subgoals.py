@@ -94,7 +94,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         return None
 
     @abstractmethod
-    def _make_planners_indexed_by_first_literal(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners that find actions for the literals of an answer, in order.
@@ -110,7 +110,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         The search executes these plans even if the literals hold already.
         """
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_planners_indexed_by_first_literal(literals)):
+        for number, plans in reversed(self._make_planners_with_index_of_first_literal(literals)):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
@@ -164,10 +164,10 @@ def make_planner_that_rejects_answer(reason: str) -> SubgoalPlanner:
     the answer is rejected for the given reason.
     """
 
-    def raise_eai_eval_crash_error(state: State) -> SubgoalPlanningResult:
+    def raise_crash_error_instead_of_planning(state: State) -> SubgoalPlanningResult:
         raise _EaiEvalCrashError(reason)
 
-    return raise_eai_eval_crash_error
+    return raise_crash_error_instead_of_planning
 
 
 def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:

@@ -188,7 +188,9 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 def _read_goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
     if any(name not in entry for name in names):
         return None
-    return make_goal_from_json_field_values([_read_field(name, entry[name]) for name in names])
+    return make_goal_from_json_field_values(
+        [_convert_goal_field_to_text(name, entry[name]) for name in names]
+    )
 
 
 def _make_hashable(value: Any) -> object:
@@ -197,7 +199,7 @@ def _make_hashable(value: Any) -> object:
     return tuple([_make_hashable(part) for part in value]) if isinstance(value, list) else value
 
 
-def _read_field(field: str, value: Any) -> str:
+def _convert_goal_field_to_text(field: str, value: Any) -> str:
     """Return a field of a goal as text. A value that is no string becomes JSON text, which matches no goal.
 
     Raises:

@@ -101,7 +101,7 @@ _LOOKUPS: Mapping[str, LookupFunction] = {
 }
 
 
-def _make_lookup_follow_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
+def _order_lookup_results_like_python_set(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     if lookup is None or not isinstance(derived, LookupPredicate):
         return derived
@@ -109,7 +109,7 @@ def _make_lookup_follow_python_set_order(derived: DerivedPredicate) -> DerivedPr
 
 
 SET_ORDER_VOCABULARY = Vocabulary(
-    p.VOCABULARY.predicates, tuple(map(_make_lookup_follow_python_set_order, p.VOCABULARY.derived))
+    p.VOCABULARY.predicates, tuple(map(_order_lookup_results_like_python_set, p.VOCABULARY.derived))
 )
 """Vocabulary whose lookups return objects in the order of eai-eval: that of a Python set of their ids.
 
@@ -292,7 +292,7 @@ def add_failing_actions_lookat_short_and_long(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def make_walk_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
+def report_walk_to_object_in_no_room_as_abort(operator: Operator, check: Check) -> Check:
     """Report an uncategorised error if the target of a walk is in no room, because eai-eval aborts there.
 
     See ``execution.py``, ``WalkExecutor``.
@@ -313,6 +313,6 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     report_closed_container_as_affordance_error,
     make_impossible_put_back_succeed,
     add_failing_actions_lookat_short_and_long,
-    make_walk_to_object_in_no_room_abort,
+    report_walk_to_object_in_no_room_as_abort,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""

@@ -160,7 +160,7 @@ class VirtualHomeSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)
 
-    def _make_planners_indexed_by_first_literal(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return a planner for each literal of an answer, paired with the index of the literal.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Box, ObjectBody
+from eai.extensions.scenes.body import Box, ObjectBodyShape
 from eai.extensions.scenes.locations import BESIDE, INSIDE, UNDER, ObjectLocations
 from eai.extensions.scenes.placing import ObjectPlacer, Pose, make_rotation_by_quarter_turns
 
@@ -42,7 +42,7 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _map_first_object_over_two_rooms_to_floors(locations)
+    joined = _map_first_object_spanning_rooms_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
@@ -83,7 +83,7 @@ def place_remaining_objects(
         placer.put(object_index, pose)
 
 
-def _map_first_object_over_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _map_first_object_spanning_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object under which an object of another room stands, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
@@ -178,7 +178,7 @@ def _compute_volume(locations: ObjectLocations, object_index: int) -> float:
 class _RoomLayout:
     """A room to which furniture is added. Its left front corner is the origin; y grows to the back."""
 
-    bodies: Mapping[int, ObjectBody]
+    bodies: Mapping[int, ObjectBodyShape]
     width: float
     depth: float
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
@@ -191,17 +191,17 @@ class _RoomLayout:
 
 
 def _place_rooms_and_furniture(
-    bodies: Mapping[int, ObjectBody],
+    bodies: Mapping[int, ObjectBodyShape],
     furniture_by_floor: Mapping[int, Sequence[int]],
-    floors_of_objects_over_two_rooms: Mapping[int, tuple[int, int]],
+    floors_by_object_spanning_two_rooms: Mapping[int, tuple[int, int]],
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
     """Arrange rooms in a row from left to right. Return the box of each room, and the pose of its furniture.
 
     Args:
         bodies: the body of each object.
         furniture_by_floor: the furniture of each room. The key is the object that is the room's floor.
-        floors_of_objects_over_two_rooms: the floors of both rooms, for each object that stands in two rooms.
-            No wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
+        floors_by_object_spanning_two_rooms: the floors of both rooms, for each object that stands in two
+            rooms. No wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
@@ -213,15 +213,15 @@ def _place_rooms_and_furniture(
             poses[object_index] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarter_turns))
         left += plan.width + (
             0.0
-            if floor in [first for first, _ in floors_of_objects_over_two_rooms.values()]
+            if floor in [first for first, _ in floors_by_object_spanning_two_rooms.values()]
             else _ROOM_DISTANCE
         )
-    for object_index, (floor, _) in floors_of_objects_over_two_rooms.items():
+    for object_index, (floor, _) in floors_by_object_spanning_two_rooms.items():
         poses[object_index] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[object_index].size[2] / 2))
     return boxes, poses
 
 
-def _furnish_room(bodies: Mapping[int, ObjectBody]) -> _RoomLayout:
+def _furnish_room(bodies: Mapping[int, ObjectBodyShape]) -> _RoomLayout:
     standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _STANDS}
     wall = sorted(standing["wall"], key=lambda i: (-bodies[i].size[2], i))
     tall = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall if bodies[i].size[2] > _WALL_CABINET_HEIGHT])
@@ -252,7 +252,7 @@ _STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
 def _split_into_rows(
-    bodies: Mapping[int, ObjectBody], object_indices: Sequence[int], width: float
+    bodies: Mapping[int, ObjectBodyShape], object_indices: Sequence[int], width: float
 ) -> list[list[int]]:
     """Split objects into rows of at most the given width. An object that is wider gets its own row."""
     rows: list[list[int]] = []
@@ -277,7 +277,9 @@ def _put_objects_in_row(plan: _RoomLayout, row: Sequence[int], y: float) -> None
 
 
 def _put_furniture_along_walls(
-    plan: _RoomLayout, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
+    plan: _RoomLayout,
+    back_wall_furniture: Sequence[int],
+    furniture_by_location_in_room: Mapping[str, Sequence[int]],
 ) -> None:
     """Put furniture along the back wall, then the side walls; doors to the left, windows to the right."""
     bodies, x = plan.bodies, 0.2
@@ -292,13 +294,13 @@ def _put_furniture_along_walls(
         quarter_turns = 1 if side[1] >= side[3] else 3
         _put_at_side_wall(plan, object_index, quarter_turns, side)
     x = plan.width - 0.2
-    for object_index in furniture_by_stand["high"]:
+    for object_index in furniture_by_location_in_room["high"]:
         width, depth, _ = bodies[object_index].size
         plan.put_object(object_index, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
         x -= width + _FURNITURE_GAP
-    for object_index in furniture_by_stand["door"]:
+    for object_index in furniture_by_location_in_room["door"]:
         _put_at_side_wall(plan, object_index, 1, side)
-    for object_index in furniture_by_stand["window"]:
+    for object_index in furniture_by_location_in_room["window"]:
         _put_at_side_wall(plan, object_index, 3, side, _WINDOW_HEIGHT)
 
 

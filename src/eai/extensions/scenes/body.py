@@ -53,7 +53,7 @@ class ObjectBodyPart:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ObjectBody:
+class ObjectBodyShape:
     """The shape of an object, relative to its middle. Its front is towards negative y.
 
     Attributes:
@@ -76,7 +76,7 @@ class ObjectBody:
     slack: float = 0.0
 
 
-def find_kind_of_object_body(object_name: str, category: str) -> str:
+def find_object_kind_for_body_shape(object_name: str, category: str) -> str:
     """Return the kind of an object: its name without a number, or else its category.
 
     If the table of kinds lacks the whole name, the first word of the name is tried, then the last word:
@@ -84,25 +84,29 @@ def find_kind_of_object_body(object_name: str, category: str) -> str:
     """
     kind = _NUMBER.sub("", _NUMBER.sub("", object_name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
-    known = (word for word in (kind, words[0], words[-1]) if find_object_body(word) is not None)
+    known = (word for word in (kind, words[0], words[-1]) if find_body_shape_of_object_kind(word) is not None)
     return next(known, category.partition(".")[0])
 
 
 @cache
-def find_object_body(kind: str) -> ObjectBody | None:
+def find_body_shape_of_object_kind(kind: str) -> ObjectBodyShape | None:
     """Return the shape of a kind of object, or None if the table of kinds lacks the kind.
 
     A kind with the prefix `HALF_PREFIX` is half of a sliced object. It has the left half of the object's
     shape.
     """
     if kind.startswith(HALF_PREFIX):
-        whole = find_object_body(kind.removeprefix(HALF_PREFIX))
+        whole = find_body_shape_of_object_kind(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _cut_left_half(whole)
-    known = read_object_body_table().get(kind)
-    return None if known is None else _make_object_body(_read_body_shapes_and_colours()[known.family], known)
+    known = read_shape_size_and_colour_by_object_kind().get(kind)
+    return (
+        None
+        if known is None
+        else _make_body_shape_of_object_kind(_read_body_shape_families_and_colours()[known.family], known)
+    )
 
 
-class _ObjectBodyTableRow(NamedTuple):
+class _ShapeFamilySizeAndColour(NamedTuple):
     """A line of the table of kinds of object: the family of shapes, the size in metres and the colour."""
 
     family: str
@@ -111,20 +115,20 @@ class _ObjectBodyTableRow(NamedTuple):
 
 
 @cache
-def read_object_body_table() -> Mapping[str, _ObjectBodyTableRow]:
+def read_shape_size_and_colour_by_object_kind() -> Mapping[str, _ShapeFamilySizeAndColour]:
     """Return the size, colour and family of shapes of each kind of object, by the name of the kind."""
-    table: dict[str, _ObjectBodyTableRow] = {}
+    table: dict[str, _ShapeFamilySizeAndColour] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             kind, family, width, depth, height, colour, _ = line.split()
-            table[kind] = _ObjectBodyTableRow(
+            table[kind] = _ShapeFamilySizeAndColour(
                 family, (float(width), float(depth), float(height)), _read_hex_colour(colour)
             )
     return table
 
 
 @cache
-def _read_body_shapes_and_colours() -> Mapping[str, Any]:
+def _read_body_shape_families_and_colours() -> Mapping[str, Any]:
     """Return the content of ``shapes.toml``: the colours, and the shapes of each family of objects.
 
     Objects of a family, such as tables, have one shape in different sizes and colours.
@@ -132,20 +136,22 @@ def _read_body_shapes_and_colours() -> Mapping[str, Any]:
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
-def _make_object_body(family_shapes: Mapping[str, Any], table_row: _ObjectBodyTableRow) -> ObjectBody:
+def _make_body_shape_of_object_kind(
+    family_shapes: Mapping[str, Any], table_row: _ShapeFamilySizeAndColour
+) -> ObjectBodyShape:
     size = table_row.size
-    return ObjectBody(
+    return ObjectBodyShape(
         size,
         tuple([part for line in family_shapes["parts"] for part in _read_object_body_parts(line, table_row)]),
         family_shapes.get("stand", "free"),
-        tuple([_read_box_without_height(line, size) for line in family_shapes.get("tops", ())]),
+        tuple([_read_flat_box_scaled_to_body_size(line, size) for line in family_shapes.get("tops", ())]),
         tuple([_read_box(line.split(), size) for line in family_shapes.get("spaces", ())]),
         (_read_box(family_shapes["below"].split(), size),) if "below" in family_shapes else (),
         float(family_shapes.get("slack", 1.0)),
     )
 
 
-def _cut_left_half(whole: ObjectBody) -> ObjectBody:
+def _cut_left_half(whole: ObjectBodyShape) -> ObjectBodyShape:
     """Return the left half of a drawn body. Its cut surface, on the right, is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
@@ -159,10 +165,10 @@ def _cut_left_half(whole: ObjectBody) -> ObjectBody:
         ObjectBodyPart(form, np.array([-half / 2, half / 2]), 0.0, colour),
         ObjectBodyPart(form, cut, 0.0, (red, green, blue), is_solid=False),
     )
-    return ObjectBody((width / 2, depth, height), parts)
+    return ObjectBodyShape((width / 2, depth, height), parts)
 
 
-def _read_object_body_parts(line: str, table_row: _ObjectBodyTableRow) -> Iterator[ObjectBodyPart]:
+def _read_object_body_parts(line: str, table_row: _ShapeFamilySizeAndColour) -> Iterator[ObjectBodyPart]:
     form, *rest = line.split()
     part = ObjectBodyPart(form, _read_box(rest[:6], table_row.size), 0.0, table_row.colour)
     copies = ""
@@ -180,14 +186,16 @@ def _read_object_body_parts(line: str, table_row: _ObjectBodyTableRow) -> Iterat
     yield from _mirror_or_repeat_part(part, copies)
 
 
-def _mirror_or_repeat_part(part: ObjectBodyPart, mirror_or_ring: str) -> Iterator[ObjectBodyPart]:
-    if mirror_or_ring.startswith("ring-"):
-        number = int(mirror_or_ring.removeprefix("ring-"))
+def _mirror_or_repeat_part(part: ObjectBodyPart, mirror_axes_or_ring_count: str) -> Iterator[ObjectBodyPart]:
+    if mirror_axes_or_ring_count.startswith("ring-"):
+        number = int(mirror_axes_or_ring_count.removeprefix("ring-"))
         yield from [_rotate_part(part, 2 * math.pi * i / number) for i in range(number)]
         return
     parts = [part]
     for axis, letter in enumerate("xy"):
-        if mirror_or_ring.startswith("mirror-") and letter in mirror_or_ring.removeprefix("mirror-"):
+        if mirror_axes_or_ring_count.startswith(
+            "mirror-"
+        ) and letter in mirror_axes_or_ring_count.removeprefix("mirror-"):
             parts += [_mirror_part(original, axis) for original in parts]
     yield from parts
 
@@ -215,7 +223,7 @@ def _read_box(fractions: Sequence[str], size: Vector) -> Box:
     return box
 
 
-def _read_box_without_height(line: str, size: Vector) -> Box:
+def _read_flat_box_scaled_to_body_size(line: str, size: Vector) -> Box:
     fractions = line.split()
     return _read_box([*fractions, fractions[-1]], size)
 
@@ -224,7 +232,9 @@ def _read_colour(word: str, body_colour: Vector) -> Vector:
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in body_colour)
         return (red, green, blue)
-    return _read_hex_colour(_read_body_shapes_and_colours()["colours"].get(word, word.removeprefix("#")))
+    return _read_hex_colour(
+        _read_body_shape_families_and_colours()["colours"].get(word, word.removeprefix("#"))
+    )
 
 
 def _read_hex_colour(digits: str) -> Vector:

@@ -150,13 +150,13 @@ def _find_viewpoint_at_head_height(scene: MujocoScene) -> _Viewpoint:
     )
 
 
-def _find_viewpoint_of_object_that_carries_most(scene: MujocoScene) -> _Viewpoint:
+def _find_viewpoint_showing_most_loaded_object(scene: MujocoScene) -> _Viewpoint:
     """Return the viewpoint that shows the object with most objects on or in it, and these objects.
 
     If no object carries another, the viewpoint shows the objects of the room with most objects.
     """
     locations = scene.locations
-    place = _find_fullest_carrier(locations)
+    place = _find_object_carrying_most_objects(locations)
     if place is None:
         here = [i for i in locations.visible_objects if locations.find_room(i) == locations.fullest_room]
         seen = [i for i in here if locations.bodies[i].stand == "free"] or here
@@ -226,7 +226,7 @@ def _to_vector(array: Array) -> Vector:
     return (x, y, z)
 
 
-def _find_fullest_carrier(locations: ObjectLocations) -> int | None:
+def _find_object_carrying_most_objects(locations: ObjectLocations) -> int | None:
     """Return the object that carries most visible objects, directly or not; None if no object carries any."""
     carried = [
         object_index
@@ -248,7 +248,7 @@ def _find_viewpoint_from_above(scene: MujocoScene) -> _Viewpoint:
 
 _VIEWPOINTS: Mapping[CameraView, Callable[[MujocoScene], _Viewpoint]] = {
     "head": _find_viewpoint_at_head_height,
-    "near": _find_viewpoint_of_object_that_carries_most,
+    "near": _find_viewpoint_showing_most_loaded_object,
     "top": _find_viewpoint_from_above,
 }
 

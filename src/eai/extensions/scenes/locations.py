@@ -10,7 +10,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import ObjectBody, find_kind_of_object_body, find_object_body
+from eai.extensions.scenes.body import (
+    ObjectBodyShape,
+    find_body_shape_of_object_kind,
+    find_object_kind_for_body_shape,
+)
 from eai.world.relation import iterate_bits
 from eai.world.state import State, WorldObject
 
@@ -47,8 +51,8 @@ class ObjectLocations:
         hands: the index of the object in the left hand (key 0) and in the right hand (key 1).
     """
 
-    bodies: Mapping[int, ObjectBody]
-    absent: Mapping[int, ObjectBody]
+    bodies: Mapping[int, ObjectBodyShape]
+    absent: Mapping[int, ObjectBodyShape]
     floors: tuple[int, ...]
     relations: Mapping[str, tuple[tuple[int, int], ...]]
     floor_of: Mapping[int, int]
@@ -148,7 +152,9 @@ def read_object_locations(state: State) -> ObjectLocations:
     }
     scene_objects = {i: scene_object for i, scene_object in enumerate(scene.objects) if i not in shapeless}
     kinds = {
-        i: find_object_body(find_kind_of_object_body(scene_object.name, scene_object.category))
+        i: find_body_shape_of_object_kind(
+            find_object_kind_for_body_shape(scene_object.name, scene_object.category)
+        )
         for i, scene_object in scene_objects.items()
     }
     absent = {i: body for i, body in kinds.items() if body is not None and _is_object_absent(state, i)}
@@ -174,14 +180,14 @@ def read_object_locations(state: State) -> ObjectLocations:
     return ObjectLocations(bodies, absent, floors, relations, floor_of, states, hands)
 
 
-def _require_body(scene_object: WorldObject) -> ObjectBody:
+def _require_body(scene_object: WorldObject) -> ObjectBodyShape:
     """Return the body of an object.
 
     Raises:
         InputError: the table of kinds has no body for the object.
     """
-    kind = find_kind_of_object_body(scene_object.name, scene_object.category)
-    body = find_object_body(kind)
+    kind = find_object_kind_for_body_shape(scene_object.name, scene_object.category)
+    body = find_body_shape_of_object_kind(kind)
     if body is None:
         raise InputError(
             f"{scene_object.name}: objects of the kind {kind} have no three-dimensional shape; "
@@ -191,7 +197,7 @@ def _require_body(scene_object: WorldObject) -> ObjectBody:
 
 
 def _list_related_pairs(
-    state: State, name: str, bodies: Mapping[int, ObjectBody]
+    state: State, name: str, bodies: Mapping[int, ObjectBodyShape]
 ) -> tuple[tuple[int, int], ...]:
     """Return a relation's pairs whose first object is in ``bodies``; none for an undeclared relation."""
     known = name in state.scene.vocabulary.binary_slots
@@ -219,7 +225,9 @@ def _is_object_absent(state: State, object_index: int) -> bool:
     )
 
 
-def _find_visible_state_words_of_object(state: State, object_index: int, body: ObjectBody) -> frozenset[str]:
+def _find_visible_state_words_of_object(
+    state: State, object_index: int, body: ObjectBodyShape
+) -> frozenset[str]:
     states = {
         word for name, word in _STATES.items() if object_index in _list_objects_with_property(state, name)
     }

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from eai.extensions.scenes.body import Array, Box, ObjectBody, ObjectBodyPart, Vector, rotate_point
+from eai.extensions.scenes.body import Array, Box, ObjectBodyPart, ObjectBodyShape, Vector, rotate_point
 
 _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("cooked", (0.42, 0.22, 0.08), 0.6),
@@ -41,7 +41,7 @@ def tint_colour_by_states(colour: Vector, states: Collection[str]) -> Vector:
     return colour
 
 
-def make_parts_that_show_states(body: ObjectBody) -> Iterator[ObjectBodyPart]:
+def make_parts_that_show_states(body: ObjectBodyShape) -> Iterator[ObjectBodyPart]:
     """Yield the specks that states add to a body: dust, stains, drops, frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
         yield _make_power_light(body)
@@ -54,7 +54,7 @@ def make_parts_that_show_states(body: ObjectBody) -> Iterator[ObjectBodyPart]:
             yield from _make_dots_on_part(part, state, colour, number, size)
 
 
-def _make_power_light(body: ObjectBody) -> ObjectBodyPart:
+def _make_power_light(body: ObjectBodyShape) -> ObjectBodyPart:
     width, depth, height = body.size
     at, radius = np.array([0.35 * width, -depth / 2, 0.4 * height]), max(0.004, 0.04 * min(body.size))
     box = np.array([at - radius, at + radius])

@@ -133,7 +133,7 @@ class ObjectPlacer:
         tops = body.tops or (np.array([[-x, -y, z], [x, y, z]]),)
         areas = [
             self._widen_area_for_large_object(
-                object_index, _set_height(self.poses[support].to_scene_box(top), 3.0)
+                object_index, _resize_box_to_height(self.poses[support].to_scene_box(top), 3.0)
             )
             for top in tops
         ]
@@ -166,7 +166,7 @@ class ObjectPlacer:
         areas = [pose.to_scene_box(space) for space in body.spaces]
         closed = "closed" in self.states[container] or not body.slack
         slack = 1 if closed else 1 + body.slack
-        raised = [_set_height(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
+        raised = [_resize_box_to_height(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
         where = f"in {self.names[container]}"
         try:
             return self._find_free_pose(object_index, raised, (*FLAT, *UPRIGHT), where)
@@ -334,7 +334,7 @@ def _intersect(first: Box, second: Box) -> Box:
     return np.array([np.maximum(first[0], second[0]), np.minimum(first[1], second[1])])
 
 
-def _set_height(area: Box, height: float) -> Box:
+def _resize_box_to_height(area: Box, height: float) -> Box:
     raised: Box = area.copy()
     raised[1, 2] = raised[0, 2] + height
     return raised

@@ -19,7 +19,7 @@ import numpy as np
 from eai.base.errors import InputError
 from eai.extensions.scenes import geometry
 from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_remaining_objects
-from eai.extensions.scenes.body import Array, Box, ObjectBody, ObjectBodyPart, Vector
+from eai.extensions.scenes.body import Array, Box, ObjectBodyPart, ObjectBodyShape, Vector
 from eai.extensions.scenes.locations import BESIDE, INSIDE, ON, UNDER, ObjectLocations, read_object_locations
 from eai.extensions.scenes.looks import make_parts_that_show_states, tint_colour_by_states
 from eai.extensions.scenes.placing import ObjectPlacer, Pose
@@ -90,7 +90,13 @@ def write_mujoco_model(
 
 
 def _make_body_element(
-    object_index: int, body: ObjectBody, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
+    object_index: int,
+    body: ObjectBodyShape,
+    pose: Pose,
+    states: frozenset[str],
+    *,
+    is_fixed: bool,
+    is_there: bool,
 ) -> Xml.Element:
     """Return the XML element of an object. Furniture and absent objects cannot move."""
     element = Xml.Element(
@@ -229,7 +235,7 @@ class MujocoScene:
         problem: InputError | None = None
         for self.attempts in range(1, MAX_ATTEMPTS + 1):
             try:
-                self._arrange_and_settle(f"{task.id} 0 {self.attempts}")
+                self._arrange_objects_and_simulate_until_rest(f"{task.id} 0 {self.attempts}")
             except InputError as error:
                 problem = error
                 continue
@@ -238,7 +244,7 @@ class MujocoScene:
             f"{task.id}: {MAX_ATTEMPTS} attempts to arrange the objects failed; the last one: {problem}"
         ) from problem
 
-    def _arrange_and_settle(self, seed: str) -> None:
+    def _arrange_objects_and_simulate_until_rest(self, seed: str) -> None:
         """Arrange all objects, let them settle, and check their relations.
 
         Raises:
@@ -247,7 +253,7 @@ class MujocoScene:
         placer, self.rooms = arrange_objects(self.locations, self._names, seed)
         self._build_mujoco_model(placer)
         self._simulate_until_rest()
-        lost = self.list_broken_relations()
+        lost = self.list_relations_not_met_by_geometry()
         if lost:
             first, relation, second = lost[0]
             raise InputError(
@@ -354,7 +360,7 @@ class MujocoScene:
             self.model.body_pos[body], self.model.body_quat[body] = pose.at, pose.turn
         self.mujoco.mj_kinematics(self.model, self.data)
 
-    def list_broken_relations(self) -> list[tuple[int, str, int]]:
+    def list_relations_not_met_by_geometry(self) -> list[tuple[int, str, int]]:
         """Return the relations of the state that the scene's geometry does not fulfil.
 
         Each is a triple: the index of the first object, the relation, and the index of the second object.
