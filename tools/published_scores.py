@@ -50,7 +50,7 @@ from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperTable,
-    format_published_file_name,
+    format_published_scores_file_name,
     format_trivial_baselines_file_name,
     map_files_to_paper_models,
     read_paper_table,
@@ -150,7 +150,7 @@ def main() -> None:
             )
         else:
             scored = partial(score_suite, protocol=protocol, folder=arguments.folder)
-            made[format_published_file_name(protocol.value)] = protocol, scored, PAPER_ABILITIES
+            made[format_published_scores_file_name(protocol.value)] = protocol, scored, PAPER_ABILITIES
     same = [
         make(PAPER / table, protocol, suite_of, abilities, arguments.only, write=not arguments.check)
         for table, (protocol, suite_of, abilities) in made.items()

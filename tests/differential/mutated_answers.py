@@ -41,7 +41,9 @@ def _in_homes(ability: Ability, book: AnswersByTask) -> Maker:
     def words(task_id: str) -> Words:
         scene = tasks[task_id].scene
         near = [scene.objects[i].name for i in tasks[task_id].relevant]
-        signature = VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS).make_formula_lexicon(scene).signature
+        signature = (
+            VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS).make_lexicon_of_names_in_subgoals(scene).signature
+        )
         return Words(signature, [thing.name for thing in scene.objects], near)
 
     match ability:
@@ -65,7 +67,7 @@ def _in_scenes(ability: Ability, book: AnswersByTask) -> Maker:
 
 
 def _words(scene: Scene) -> Words:
-    known = BehaviorSubgoalNotation().make_formula_lexicon(scene)
+    known = BehaviorSubgoalNotation().make_lexicon_of_names_in_subgoals(scene)
     names = [name for name in known.objects if "." in name and "_part" not in name]
     return Words(known.signature, names, names)
 

@@ -15,7 +15,7 @@ from eai.results.cost import (
     Spending,
     _CostReportedInBenchmarkPaper,
     _TokenPrice,
-    group_contributions_by_cost_unit,
+    group_costs_and_successes_by_cost_unit,
     read_benchmark_paper_cost,
     sum_spending,
 )
@@ -54,7 +54,7 @@ def test_unknown_numbers_of_tokens_are_not_zero() -> None:
     found = sum_spending([answer(AnswerUsage()), answer(AnswerUsage(100, 10))])
     assert (found.answers, found.tokens) == (1, 110)
     assert sum_spending([answer(AnswerUsage())]).tokens is None
-    assert group_contributions_by_cost_unit([answer(AnswerUsage()), answer(AnswerUsage(100, 10))]) == {}
+    assert group_costs_and_successes_by_cost_unit([answer(AnswerUsage()), answer(AnswerUsage(100, 10))]) == {}
 
 
 def test_a_price_applies_only_to_answers_without_one() -> None:

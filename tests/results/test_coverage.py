@@ -8,7 +8,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.errata import ApplicableErrata
-from eai.results.coverage import TaskCoverage, combine_coverage
+from eai.results.coverage import TaskCoverageByAnswers, combine_coverage
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.totals import RunTotals
 from results.verdicts import SUCCEEDED, record, whole
@@ -57,7 +57,11 @@ def test_coverage_counts_asked_answered_failed_and_left_out_tasks(
     records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None
 ) -> None:
     found = RunTotals.from_records(records).coverage
-    assert (str(found), found.is_ranked, found.remark_on_missing_answers) == (shown, ranked, remark)
+    assert (str(found), found.is_complete_enough_for_ranking, found.remark_on_missing_answers) == (
+        shown,
+        ranked,
+        remark,
+    )
     numbers = found.to_json()
     assert numbers["ranked"] is ranked
     assert numbers["tasks"] == records[0].suite_size
@@ -69,18 +73,24 @@ def test_records_without_a_suite_size_are_never_ranked() -> None:
     disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
     for records in (silent, mixed, disagreeing):
         found = RunTotals.from_records(records).coverage
-        assert (str(found), found.is_ranked) == ("2/?", False)
+        assert (str(found), found.is_complete_enough_for_ranking) == ("2/?", False)
         assert "do not say how many tasks" in str(found.remark_on_missing_answers)
         assert found.to_json()["not_asked"] is None
 
 
 def test_combined_coverage_is_ranked_only_if_each_suite_is() -> None:
-    complete, part, unknown = TaskCoverage(3, 3, tasks=3), TaskCoverage(1, 1, tasks=4), TaskCoverage(5, 5)
-    assert combine_coverage([complete, complete]) == TaskCoverage(6, 6, tasks=6)
-    assert combine_coverage([complete, part]) == TaskCoverage(4, 4, tasks=7)
-    assert not TaskCoverage(4, 4, tasks=7).is_ranked
-    assert combine_coverage([complete, unknown]) == TaskCoverage(8, 8)
-    assert combine_coverage([TaskCoverage(4, 2, 2, 1), TaskCoverage(3, 2, 1)]) == TaskCoverage(7, 4, 3, 1)
+    complete, part, unknown = (
+        TaskCoverageByAnswers(3, 3, tasks=3),
+        TaskCoverageByAnswers(1, 1, tasks=4),
+        TaskCoverageByAnswers(5, 5),
+    )
+    assert combine_coverage([complete, complete]) == TaskCoverageByAnswers(6, 6, tasks=6)
+    assert combine_coverage([complete, part]) == TaskCoverageByAnswers(4, 4, tasks=7)
+    assert not TaskCoverageByAnswers(4, 4, tasks=7).is_complete_enough_for_ranking
+    assert combine_coverage([complete, unknown]) == TaskCoverageByAnswers(8, 8)
+    assert combine_coverage(
+        [TaskCoverageByAnswers(4, 2, 2, 1), TaskCoverageByAnswers(3, 2, 1)]
+    ) == TaskCoverageByAnswers(7, 4, 3, 1)
     assert combine_coverage([]) is None
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import AnswerUsage
 from eai.results.certainty import TaskRateContribution, compute_interval_of_cost_per_success
-from eai.results.cost import group_contributions_by_cost_unit, make_json_of_cost_per_success
+from eai.results.cost import group_costs_and_successes_by_cost_unit, make_json_of_cost_per_success
 from eai.results.rate import compute_rate
 from eai.results.record import AnswerOrigin, Record
 from eai.results.repeats import (
@@ -76,7 +76,7 @@ def costing(**usage: float) -> list[Record]:
 
 def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
-    written = make_json_of_cost_per_success(group_contributions_by_cost_unit(records))
+    written = make_json_of_cost_per_success(group_costs_and_successes_by_cost_unit(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -86,7 +86,7 @@ def test_the_cost_of_a_success_includes_failed_answers() -> None:
     low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
     assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
     some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
-    assert "dollars" not in group_contributions_by_cost_unit(some)
+    assert "dollars" not in group_costs_and_successes_by_cost_unit(some)
 
 
 def test_the_cost_of_a_success_is_missing_without_a_success() -> None:

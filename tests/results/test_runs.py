@@ -7,7 +7,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.results.responses import find_response_files
-from eai.results.runs import find_record_files, read_runs, write_inspect_log_reference
+from eai.results.runs import find_record_files, read_runs, write_inspect_log_names_and_epoch
 from record_files import write_records
 from studies.report.samples import action_run, all_runs, goal_run, write_runs
 
@@ -80,10 +80,10 @@ def test_a_pipe_in_a_folder_is_ignored(tmp_path: Path) -> None:
 def test_a_run_reads_the_log_reference_beside_its_records(tmp_path: Path) -> None:
     folder = write_runs(tmp_path, [action_run()])
     assert [run.log for run in read_runs([folder])] == [None]
-    write_inspect_log_reference(folder / "run0", {"27_2": Path("logs/a.eval")}, 2)
+    write_inspect_log_names_and_epoch(folder / "run0", {"27_2": Path("logs/a.eval")}, 2)
     assert [run.log for run in read_runs([folder])] == [("a.eval", 2)]
     logs = {"27_2": Path("logs/a.eval"), "28_1": Path("logs/b.eval")}
-    write_inspect_log_reference(folder / "run0", logs, {"27_2": 3})
+    write_inspect_log_names_and_epoch(folder / "run0", logs, {"27_2": 3})
     names = {"27_2": "a.eval", "28_1": "b.eval"}
     assert [run.log for run in read_runs([folder])] == [(names, {"27_2": 3})]
     (folder / "run0" / "inspect.json").write_text("{}")

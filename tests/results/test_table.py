@@ -10,7 +10,7 @@ import pytest
 from by_path import ROOT
 from eai.base.errors import EaiError
 from eai.results.certainty import TaskRateContribution
-from eai.results.lines import TABLES, StepLine
+from eai.results.lines import TABLES, PlanStepTableLine
 from eai.results.table import Estimate, Table
 from eai.results.table_files import format_lines_as_csv, write_parquet, write_tables
 from eai.tasks.share import Share
@@ -22,7 +22,7 @@ RATE = Estimate.from_task_rate_contributions(
 TABLE = Table(
     "sizes", "Sizes", "How big.", ("what", "size", "known"), (("a | b", RATE, True), ("c", None, None))
 )
-STEP = StepLine(
+STEP = PlanStepTableLine(
     protocol="strict",
     domain="lamps",
     ability="action_sequencing",
@@ -59,7 +59,7 @@ def test_tables_are_written_in_three_forms(tmp_path: Path) -> None:
 
 
 def test_each_line_becomes_one_line_of_csv() -> None:
-    columns, values = format_lines_as_csv(StepLine, [STEP]).splitlines()
+    columns, values = format_lines_as_csv(PlanStepTableLine, [STEP]).splitlines()
     beginning = "protocol,domain,ability,model,harness,effort,experiment,task,name"
     assert columns == f"{beginning},step,operator,objects,outcome,reason"
     assert values == f"strict,lamps,action_sequencing,{GPT_4O},,,,1,Lamps,0,GO,lamp_1,executed,"
@@ -68,7 +68,7 @@ def test_each_line_becomes_one_line_of_csv() -> None:
 def test_parquet_keeps_types(tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     for name, kind in TABLES.items():
-        write_parquet(tmp_path / f"{name}.parquet", kind, [STEP] if kind is StepLine else [])
+        write_parquet(tmp_path / f"{name}.parquet", kind, [STEP] if kind is PlanStepTableLine else [])
     read = parquet.read_table(tmp_path / "steps.parquet")
     assert (str(read.schema.field("step").type), read.num_rows) == ("int64", 1)
     answers = parquet.read_table(tmp_path / "answers.parquet").schema
@@ -83,7 +83,7 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.delitem(sys.modules, "pyarrow.parquet", raising=False)
     with pytest.raises(EaiError, match=r"Parquet needs pyarrow: pip install 'eai-bench\[analysis\]'"):
-        write_parquet(tmp_path / "steps.parquet", StepLine, [STEP])
+        write_parquet(tmp_path / "steps.parquet", PlanStepTableLine, [STEP])
 
 
 def test_the_documentation_has_every_column() -> None:

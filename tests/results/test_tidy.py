@@ -14,7 +14,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import find_predicates_in_text
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerTableLine
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
@@ -25,7 +25,7 @@ from studies.published import tables
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
 
-def _counts(answers: list[AnswerLine], bins: list[int]) -> list[tuple[int, int]]:
+def _counts(answers: list[AnswerTableLine], bins: list[int]) -> list[tuple[int, int]]:
     """Return for each bin the number of successes and the number of answers."""
     return [
         (sum(bool(a.success) for a, b in zip(answers, bins, strict=True) if b == place), bins.count(place))

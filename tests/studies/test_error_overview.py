@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from eai.base.store import DataPackStore
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerTableLine
 from eai.results.tidy import TidyTables
 from eai.studies.errors.overview import draw_sankey_diagrams_of_outcomes, make_outcome_counts_table
 from eai.tasks.source import Source
 from studies.report.samples import action_run, goal_run
 
 
-def answers(tmp_path: Path) -> list[AnswerLine]:
+def answers(tmp_path: Path) -> list[AnswerTableLine]:
     made = TidyTables(Source(DataPackStore(tmp_path)), features=False)
     made.add_records(action_run())
     made.add_records(goal_run())

@@ -23,7 +23,11 @@ from evidence import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.lines import AnswerLine, compute_contribution_to_main_score, compute_share_of_reached_goals
+from eai.results.lines import (
+    AnswerTableLine,
+    compute_contribution_to_main_score,
+    compute_share_of_reached_goals,
+)
 from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)
@@ -32,20 +36,20 @@ SUCCESS_BY_LENGTH = {0: 0.70, 10: 0.50, 20: 0.14, 30: 0.17, 40: 0.50, 60: 0.00}
 """The figure's values, by the minimum number of steps."""
 
 
-def _success(answer: AnswerLine) -> float | None:
+def _success(answer: AnswerTableLine) -> float | None:
     return None if answer.success is None else float(answer.success)
 
 
-def _executed(answer: AnswerLine) -> float | None:
+def _executed(answer: AnswerTableLine) -> float | None:
     return None if answer.executable is None else float(answer.executable)
 
 
-def _score(answer: AnswerLine) -> float | None:
+def _score(answer: AnswerTableLine) -> float | None:
     share = compute_contribution_to_main_score(answer)
     return share.numerator / share.denominator if share.denominator else None
 
 
-def _goals(answer: AnswerLine) -> float | None:
+def _goals(answer: AnswerTableLine) -> float | None:
     share = compute_share_of_reached_goals(answer)
     return share.numerator / share.denominator if share.denominator else None
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
-from eai.results.lines import AnswerLine, make_task_rate_contribution
+from eai.results.lines import AnswerTableLine, make_task_rate_contribution
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.table import Estimate
 from eai.tasks.share import Share
@@ -84,7 +84,7 @@ def kinds_of_goals(evidence: Evidence) -> Finding:
     )
 
 
-def _goals(answers: Sequence[AnswerLine], kind: str) -> Estimate:
+def _goals(answers: Sequence[AnswerTableLine], kind: str) -> Estimate:
     return Estimate.from_task_rate_contributions(
         [
             make_task_rate_contribution(
@@ -95,7 +95,7 @@ def _goals(answers: Sequence[AnswerLine], kind: str) -> Estimate:
     )
 
 
-def _is_ahead(answers: Sequence[AnswerLine]) -> bool:
+def _is_ahead(answers: Sequence[AnswerTableLine]) -> bool:
     return (_goals(answers, "state").value or 0) > (_goals(answers, "relation").value or 0)
 
 

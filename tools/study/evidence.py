@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, TidyTableLine, make_task_rate_contribution
+from eai.results.lines import AnswerTableLine, TidyTableLine, make_task_rate_contribution
 from eai.results.paper_tables import ScoresOfPublishedAnswers, map_files_to_paper_models
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
@@ -113,7 +113,7 @@ class Evidence:
                 return RunTotals.from_records(records).rates
         return {}
 
-    def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
+    def answers(self, suite: Suite, model: str | None = None) -> list[AnswerTableLine]:
         """Answers that count."""
         return [each for each in self.of(self.tables.answers, suite, model) if each.outcome != "excluded"]
 
@@ -166,7 +166,9 @@ def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
     )
 
 
-def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:
+def rho(
+    lines: Sequence[AnswerTableLine], feature: str, value: Callable[[AnswerTableLine], float | None]
+) -> Estimate:
     """Return Spearman's correlation of a feature of tasks with a value of answers."""
     known = [(line, number) for line in lines if (number := value(line)) is not None]
     return compute_rank_correlation(
@@ -177,11 +179,11 @@ def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine],
 
 
 def rho_of_means(
-    lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]
+    lines: Sequence[AnswerTableLine], feature: str, value: Callable[[AnswerTableLine], float | None]
 ) -> Estimate:
     """Return Spearman's correlation of a feature of tasks with each task's mean value over models."""
     values: dict[str, list[float]] = {}
-    first: dict[str, AnswerLine] = {}
+    first: dict[str, AnswerTableLine] = {}
     for line in lines:
         number = value(line)
         if number is not None:

@@ -32,7 +32,7 @@ from rates import all_of, if_so, most_of, rates_of
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerTableLine
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.record import Record
 
@@ -540,7 +540,7 @@ def _most_frequent(evidence: Evidence, domain: str, ability: str, kind: str) -> 
     return Finding(by_degree(hits >= number - 1, hits > number / 2), f"true for {hits} of {number} models")
 
 
-def _having(answers: Iterable[AnswerLine], kind: str) -> int:
+def _having(answers: Iterable[AnswerTableLine], kind: str) -> int:
     if kind == "additional_step":
         return sum(bool(each.additional_steps) for each in answers)
     return sum(each.error_kind == kind for each in answers)

@@ -21,7 +21,7 @@ from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.ltl import parse
 from eai.results.data_set import compute_data_set_statistics
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerTableLine
 from eai.results.paper_tables import read_paper_protocol_and_tables, read_paper_table
 from eai.results.totals import RunTotals
 from eai.tasks.operator_task import OperatorLibrary
@@ -628,7 +628,7 @@ def _library(evidence: Evidence, domain: str) -> OperatorLibrary:
     return next(iter(find_benchmark(domain).operator_tasks(evidence.published).values())).domain
 
 
-def _lines(evidence: Evidence, domain: str, ability: str) -> list[AnswerLine]:
+def _lines(evidence: Evidence, domain: str, ability: str) -> list[AnswerTableLine]:
     """Return a line for each task of a suite."""
     suite = Suite(domain, ability)
     lines = {each.task: each for each in evidence.of(evidence.tables.answers, suite)}

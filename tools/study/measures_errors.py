@@ -16,7 +16,7 @@ from rates import all_of, if_so, most_of
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.results.comparison import compare_runs
-from eai.results.lines import AnswerLine, StepLine, compute_share_of_reached_goals
+from eai.results.lines import AnswerTableLine, PlanStepTableLine, compute_share_of_reached_goals
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.studies.cofactors.effects import compute_rank_correlation
 
@@ -272,7 +272,7 @@ def pour(evidence: Evidence) -> Finding:
     )
 
 
-def _brings_about(step: StepLine, goals: Iterable[str], categories: dict[str, str]) -> bool:
+def _brings_about(step: PlanStepTableLine, goals: Iterable[str], categories: dict[str, str]) -> bool:
     """Whether the result of an action is a goal, or is inside a goal on all objects of its kind."""
     if step.domain == V:
         return f"{RESULTS.get(step.operator)}({step.objects})" in goals
@@ -296,7 +296,7 @@ def _kinds_of_states(evidence: Evidence, domain: str) -> dict[str, int]:
     }
 
 
-def _share(answer: AnswerLine) -> float | None:
+def _share(answer: AnswerTableLine) -> float | None:
     """Return the share of goals that an answer reaches, or None if it is not known."""
     share = compute_share_of_reached_goals(answer)
     return share.numerator / share.denominator if share.denominator else None

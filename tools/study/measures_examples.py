@@ -18,7 +18,7 @@ from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
-from eai.results.lines import StepLine
+from eai.results.lines import PlanStepTableLine
 from eai.tasks.task import GoalKind, Task
 from eai.world.execution import execute_plan
 
@@ -371,7 +371,7 @@ def _each_occurs(counts: Mapping[str, int], what: str) -> Finding:
     return Finding(by_degree(all(found), any(found)), f"{what}: {text}")
 
 
-def _failed(evidence: Evidence, domain: str, outcome: str, ability: str = SD) -> list[StepLine]:
+def _failed(evidence: Evidence, domain: str, outcome: str, ability: str = SD) -> list[PlanStepTableLine]:
     """Return the steps of answers with an outcome."""
     return [
         step for step in evidence.of(evidence.tables.steps, Suite(domain, ability)) if step.outcome == outcome

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.choice import count_dnf_terms
-from eai.results.lines import AnswerLine, compute_contribution_to_main_score
+from eai.results.lines import AnswerTableLine, compute_contribution_to_main_score
 from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 
 TOOLS = (
@@ -435,7 +435,7 @@ def _hallucinations(evidence: Evidence, domain: str, pattern: str) -> Counter[st
     )
 
 
-def _runtime_counts(answers: Sequence[AnswerLine]) -> Counter[str]:
+def _runtime_counts(answers: Sequence[AnswerTableLine]) -> Counter[str]:
     counts = Counter(each.error_kind for each in answers if each.error_kind in RUNTIME[:3])
     counts["additional_step"] = sum(bool(each.additional_steps) for each in answers)
     return Counter({str(kind): number for kind, number in counts.items()})
@@ -443,18 +443,18 @@ def _runtime_counts(answers: Sequence[AnswerLine]) -> Counter[str]:
 
 def _answers_of(
     evidence: Evidence, suite: Suite, name: str, limit: float, is_short: bool
-) -> list[AnswerLine]:
+) -> list[AnswerTableLine]:
     file = next(file for file, paper in map_files_to_paper_models().items() if paper == name)
     return [
         each for each in evidence.answers(suite, file) if ((each.annotated_steps or 0) <= limit) == is_short
     ]
 
 
-def _gap(answers: Mapping[str, Sequence[AnswerLine]]) -> float:
+def _gap(answers: Mapping[str, Sequence[AnswerTableLine]]) -> float:
     return _share([bool(a.executable) for a in answers[V]]) - _share([bool(a.executable) for a in answers[B]])
 
 
-def _gap_at_equal_length(answers: Mapping[str, Sequence[AnswerLine]]) -> float:
+def _gap_at_equal_length(answers: Mapping[str, Sequence[AnswerTableLine]]) -> float:
     """Return the gap between the worlds, bin by bin of five steps, weighted by BEHAVIOR's answers."""
     bins: dict[int, dict[str, list[bool]]] = {}
     for domain, lines in answers.items():
@@ -470,6 +470,6 @@ def _share(values: Sequence[bool]) -> float:
     return sum(values) / len(values) if values else 0.0
 
 
-def _f1(answer: AnswerLine) -> float | None:
+def _f1(answer: AnswerTableLine) -> float | None:
     share = compute_contribution_to_main_score(answer)
     return share.numerator / share.denominator if share.denominator else None

@@ -69,7 +69,7 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
     Goals over time are left out. Each conjunct becomes a subgoal, because few actions are executed for a
     subgoal.
     """
-    lexicon = notation.make_formula_lexicon(task.scene)
+    lexicon = notation.make_lexicon_of_names_in_subgoals(task.scene)
     arities = notation.domain.operator_arities
     actions = [
         _join_formulas(
@@ -432,8 +432,8 @@ def _adapt_subgoals_of_similar_task(
     if nearest is None:
         return ()
     notation = benchmark.subgoal_notation()
-    parts, here = answers[nearest.id].parts, notation.make_formula_lexicon(task.scene)
-    there = notation.make_formula_lexicon(nearest.scene).objects
+    parts, here = answers[nearest.id].parts, notation.make_lexicon_of_names_in_subgoals(task.scene)
+    there = notation.make_lexicon_of_names_in_subgoals(nearest.scene).objects
     mentioned = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
     counterparts = _match_objects(nearest, task, mentioned)
     names = {

@@ -142,7 +142,7 @@ def _write_subgoals(
     benchmark: Benchmark, task: Task, steps: _RandomWalkSteps, rng: random.Random
 ) -> Iterable[str]:
     """Return subgoals: for each step, one random fact that the step changes and that prompts show."""
-    lexicon = benchmark.subgoal_notation().make_formula_lexicon(task.scene)
+    lexicon = benchmark.subgoal_notation().make_lexicon_of_names_in_subgoals(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]

@@ -37,7 +37,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.collector import set_low_garbage_collection_threshold
 from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import make_pass_at_k_table
-from eai.results.runs import write_inspect_log_reference
+from eai.results.runs import write_inspect_log_names_and_epoch
 from eai.results.terminal import print_table
 from eai.run.job import KEPT_TASKS, QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
@@ -371,9 +371,11 @@ def _request_answers_and_score(
             result = score_answers(obtained, folder, suite, spec.scoring, report)
         write_scores(answers.logs, result)
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
-            write_inspect_log_reference(one.folder, answers.logs, epoch)
+            write_inspect_log_names_and_epoch(one.folder, answers.logs, epoch)
         if result.by_epoch:
-            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_recorded_answer())
+            write_inspect_log_names_and_epoch(
+                folder, answers.logs, result.map_tasks_to_epoch_of_recorded_answer()
+            )
     return replace(result, remarks=describe_unfulfilled_requests(job, answers.answers))
 
 

@@ -44,7 +44,7 @@ from eai.results.answer_files import (
     find_files_of_suite,
     find_suite_files,
     read_domain_and_ability_from_path,
-    unpack_answers,
+    unpack_answers_if_zipped,
 )
 from eai.results.batch import (
     OTHER_RULES,
@@ -195,7 +195,7 @@ def score(
     settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
     _check_options_with_shard_and_goals(shard, out, goals, ability)
     with ExitStack() as unpacking:
-        places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
+        places = [unpacking.enter_context(unpack_answers_if_zipped(path)) for path in paths]
         terms = options.make_planner_limits_of_command(context, planner_seconds, planner_memory)
         with options.open_data_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
@@ -410,7 +410,7 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
     """
     if job.goals is None and job.prompt_name is None:
         return job.logged
-    from eai.results.epochs import add_experiment_and_summaries_of_beliefs
+    from eai.results.epochs import add_experiment_and_belief_statistics
     from eai.studies.prompts.choice import make_experiment_with_prompt_name
 
     beliefs, suite = None, job.suite
@@ -420,7 +420,7 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
         goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
         beliefs = replace(read_goals_for_prompts(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
-        add_experiment_and_summaries_of_beliefs,
+        add_experiment_and_belief_statistics,
         beliefs=beliefs,
         experiment=make_experiment_with_prompt_name(job.prompt_name),
     )

@@ -12,7 +12,7 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import get_title
 from eai.cli.console import get_output_console, print_note, print_result_line
-from eai.results.coverage import TaskCoverage
+from eai.results.coverage import TaskCoverageByAnswers
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
 from eai.results.totals import RunTotals
@@ -59,7 +59,7 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
             print_result_line(remark)
 
 
-def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
+def print_note_if_incomplete(suite_name: str, coverage: TaskCoverageByAnswers) -> None:
     """Print a remark on standard error if not all tasks are answered and scored."""
     if coverage.remark_on_missing_answers is not None:
         print_note(f"{suite_name}: {coverage.remark_on_missing_answers}")

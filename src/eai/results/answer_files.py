@@ -115,7 +115,9 @@ def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) 
 
 
 @contextmanager
-def unpack_answers(path: Path, other_file_names: Collection[str] = ()) -> Iterator[Path]:
+def unpack_answers_if_zipped(
+    path: Path, names_of_other_files_to_unpack: Collection[str] = ()
+) -> Iterator[Path]:
     """Yield a path, or a temporary folder with the response files of the zip at this path.
 
     The folder has the zip's name and exists until the block ends. An InputError that the block raises names a
@@ -123,7 +125,7 @@ def unpack_answers(path: Path, other_file_names: Collection[str] = ()) -> Iterat
 
     Args:
         path: the path of a file, a folder or a zip.
-        other_file_names: names of further files to unpack, besides response files.
+        names_of_other_files_to_unpack: names of further files to unpack, besides response files.
 
     Raises:
         InputError: the zip or a response file in it cannot be read, or its files unpack to too many bytes.
@@ -137,7 +139,9 @@ def unpack_answers(path: Path, other_file_names: Collection[str] = ()) -> Iterat
         try:
             with zipfile.ZipFile(path) as archive:
                 members = [
-                    info for info in list_zip_members(archive) if _must_be_unpacked(info, other_file_names)
+                    info
+                    for info in list_zip_members(archive)
+                    if _is_answer_file_or_wanted_file(info, names_of_other_files_to_unpack)
                 ]
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if (
@@ -169,14 +173,14 @@ def list_zip_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     return members
 
 
-def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
+def _is_answer_file_or_wanted_file(info: zipfile.ZipInfo, wanted_file_names: Collection[str]) -> bool:
     """Whether to unpack a file of a zip: a response file, or a file with another wanted name.
 
     Files that operating systems add, such as ``__MACOSX/._...``, are not unpacked.
     """
     name = PurePosixPath(info.filename).name
     is_answers = name.endswith(ENDINGS) and not name.startswith(".")
-    return (is_answers or name in other_names) and not info.is_dir()
+    return (is_answers or name in wanted_file_names) and not info.is_dir()
 
 
 def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:

@@ -249,11 +249,11 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def read_game_rules_of_played_episode(answer_text: str) -> str | None:
+    def read_game_rules_of_episode_or_default(answer_text: str) -> str | None:
         agent = made_by(answer_text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.group_answers_by_key(read_game_rules_of_played_episode) for epoch in epochs]
+    epochs_by_rules = [epoch.group_answers_by_key(read_game_rules_of_episode_or_default) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]

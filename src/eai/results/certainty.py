@@ -471,18 +471,28 @@ def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[s
 
 
 def _make_confidence_intervals(
-    by_task: _IntervalInputs, by_name: _IntervalInputs, compute_bounds: Callable[[_IntervalInputs], Interval]
+    inputs_for_tasks: _IntervalInputs,
+    inputs_for_task_names: _IntervalInputs,
+    compute_bounds: Callable[[_IntervalInputs], Interval],
 ) -> ConfidenceIntervals:
-    if by_name.units == by_task.units:  # no near copies
+    if inputs_for_task_names.units == inputs_for_tasks.units:  # no near copies
         return ConfidenceIntervals(
-            compute_bounds(by_task), compute_bounds(by_task), by_task.units, by_name.units, 1.0
+            compute_bounds(inputs_for_tasks),
+            compute_bounds(inputs_for_tasks),
+            inputs_for_tasks.units,
+            inputs_for_task_names.units,
+            1.0,
         )
     return ConfidenceIntervals(
-        compute_bounds(by_name._replace(variance=max(by_name.variance, by_task.variance))),
-        compute_bounds(by_task),
-        by_task.units,
-        by_name.units,
-        by_name.observed / by_task.observed if by_task.observed else None,
+        compute_bounds(
+            inputs_for_task_names._replace(
+                variance=max(inputs_for_task_names.variance, inputs_for_tasks.variance)
+            )
+        ),
+        compute_bounds(inputs_for_tasks),
+        inputs_for_tasks.units,
+        inputs_for_task_names.units,
+        inputs_for_task_names.observed / inputs_for_tasks.observed if inputs_for_tasks.observed else None,
     )
 
 

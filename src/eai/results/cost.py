@@ -116,7 +116,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, AnswerUsage()), sum(unpriced, AnswerUsage()), len(unpriced))
 
 
-def group_contributions_by_cost_unit(records: Iterable[Record]) -> dict[str, TaskRateContributions]:
+def group_costs_and_successes_by_cost_unit(records: Iterable[Record]) -> dict[str, TaskRateContributions]:
     """Return the cost and the success (1, else 0) of each answer, for each unit of cost.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers have a cost, too. A unit is left out if

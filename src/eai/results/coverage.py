@@ -13,7 +13,7 @@ from eai.base.json_value import Json
 
 
 @dataclass(frozen=True, slots=True)
-class TaskCoverage:
+class TaskCoverageByAnswers:
     """Numbers of tasks of a suite (ability in a benchmark) in a run: asked, answered, and counted in rates.
 
     Attributes:
@@ -35,7 +35,7 @@ class TaskCoverage:
     cut_off: int = 0
 
     @property
-    def is_ranked(self) -> bool:
+    def is_complete_enough_for_ranking(self) -> bool:
         """Whether the run may be ranked: every task has a record, and missing answers count as failures."""
         return self.asked == self.tasks and not self.left_out
 
@@ -47,7 +47,7 @@ class TaskCoverage:
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
             )
         parts = tuple(self._describe_answer_problems(self.tasks))
-        end = "." if self.is_ranked else "; the run is not ranked."
+        end = "." if self.is_complete_enough_for_ranking else "; the run is not ranked."
         return "; ".join(parts) + end if parts else None
 
     def _describe_answer_problems(self, task_count: int) -> Iterable[str]:
@@ -71,10 +71,10 @@ class TaskCoverage:
             treatment = f"counted as failed where they are in the statistics ({self.failed})"
         yield f"{missing} of {self.asked} tasks without an answer, {treatment}"
 
-    def __add__(self, other: TaskCoverage) -> TaskCoverage:
+    def __add__(self, other: TaskCoverageByAnswers) -> TaskCoverageByAnswers:
         """Return the sum of this coverage and another."""
         tasks = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
-        return TaskCoverage(
+        return TaskCoverageByAnswers(
             self.asked + other.asked,
             self.answered + other.answered,
             self.failed + other.failed,
@@ -96,16 +96,16 @@ class TaskCoverage:
             "counted_as_failures": self.failed,
             "left_out": self.left_out,
             "not_asked": None if self.tasks is None else self.tasks - self.asked,
-            "ranked": self.is_ranked,
+            "ranked": self.is_complete_enough_for_ranking,
             **({"raised": self.raised} if self.raised else {}),
             **({"cut_off": self.cut_off} if self.cut_off else {}),
         }
 
 
-def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
+def combine_coverage(coverages: Iterable[TaskCoverageByAnswers]) -> TaskCoverageByAnswers | None:
     """Return the numbers of answered and unanswered tasks in several suites together; None without suites."""
     coverages_of_suites = tuple(coverages)
-    return reduce(TaskCoverage.__add__, coverages_of_suites) if coverages_of_suites else None
+    return reduce(TaskCoverageByAnswers.__add__, coverages_of_suites) if coverages_of_suites else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,14 +31,14 @@ from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
 from eai.results.certainty import TaskRateContributions
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import group_contributions_by_cost_unit, make_json_of_cost_per_success
+from eai.results.cost import group_costs_and_successes_by_cost_unit, make_json_of_cost_per_success
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import (
     MAX_BATCH_RECORDS,
     RECORDS,
     RecordBatch,
-    RunFieldAndRatesByAttempt,
+    RunDetailsAndRatesByAttempt,
     make_record_batch,
     read_records,
     write_record_batches,
@@ -132,7 +132,7 @@ class GoalsAndScenesStatedInPrompts:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     perceive_changed_scene: ScenePerception | None = None
 
-    def copy_scenes_with_goals_from(
+    def combine_own_scenes_with_goals_of(
         self, source_of_goals: GoalsAndScenesStatedInPrompts
     ) -> GoalsAndScenesStatedInPrompts:
         """Return beliefs with the scenes of this object and the goals of ``source_of_goals``.
@@ -194,7 +194,7 @@ def _merge_study_summaries(
     return {name: {**first.get(name, {}), **second.get(name, {})} for name in {**first, **second}}
 
 
-def add_experiment_and_summaries_of_beliefs(
+def add_experiment_and_belief_statistics(
     record: Record, beliefs: GoalsAndScenesStatedInPrompts | None, experiment: Experiment
 ) -> Record:
     """Return the record with the options of its run.
@@ -329,7 +329,7 @@ class SuiteResult:
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
             "per_success": make_json_of_cost_per_success(
-                group_contributions_by_cost_unit([*self.map_keys_to_records().values()])
+                group_costs_and_successes_by_cost_unit([*self.map_keys_to_records().values()])
             ),
             **(
                 {
@@ -394,7 +394,7 @@ def score_answers(
             records.extend([record.drop_explanations() for record in batch])
             yield make_record_batch(batch)
 
-    def make_summary_run_field_and_attempt_rates(totals: RunTotals) -> RunFieldAndRatesByAttempt:
+    def make_run_details_and_rates_by_attempt(totals: RunTotals) -> RunDetailsAndRatesByAttempt:
         result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
         digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
         run_fields = {
@@ -403,7 +403,7 @@ def score_answers(
         }
         return run_fields, compute_rates_by_attempt(records)
 
-    totals = write_record_batches(folder, make_batches(), make_summary_run_field_and_attempt_rates)
+    totals = write_record_batches(folder, make_batches(), make_run_details_and_rates_by_attempt)
     return SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
 
 
@@ -487,10 +487,12 @@ def _score_model_answers(
         records = tried if scoring.explanations else [record.drop_explanations() for record in tried]
         _write_attempt_files(folder, model_answers.name, tried)
     for record in records:
-        believed = add_experiment_and_summaries_of_beliefs(
+        believed = add_experiment_and_belief_statistics(
             record, model_answers.beliefs, model_answers.experiment
         )
-        yield model_answers.summarize(_add_answer_origin(believed, model_answers, answers))
+        yield model_answers.summarize(
+            _add_generation_details_and_mark_cut_off(believed, model_answers, answers)
+        )
 
 
 def _make_multi_attempt_records(
@@ -513,7 +515,7 @@ def _make_multi_attempt_records(
     return [by_task[task_id] for task_id in suite.task_ids if task_id in by_task]
 
 
-def _add_answer_origin(
+def _add_generation_details_and_mark_cut_off(
     record: Record, model_answers: ModelAnswers, scored_answers: Mapping[str, Answer]
 ) -> Record:
     """Return the record with the source of its answer, and with the tokens and cost of all attempts."""

@@ -46,13 +46,13 @@ class TidyTableLine:
     name: str
 
     @property
-    def agent(self) -> str:
+    def model_harness_and_effort(self) -> str:
         """Names of model, harness (program that lets it act) and effort, joined by commas, without None."""
         return ", ".join(filter(None, (self.model, self.harness, self.effort)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnswerLine(TidyTableLine):
+class AnswerTableLine(TidyTableLine):
     """One answer or missing answer, with the features of its task (`eai.benchmarks.features`).
 
     Attributes:
@@ -142,7 +142,7 @@ class AnswerLine(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepLine(TidyTableLine):
+class PlanStepTableLine(TidyTableLine):
     """One tried step of a plan, or of the execution of subgoals.
 
     Attributes:
@@ -162,7 +162,7 @@ class StepLine(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalRow(TidyTableLine):
+class TaskGoalTableLine(TidyTableLine):
     """One goal of a task, and whether an answer with a plan or subgoals reaches it.
 
     Attributes:
@@ -181,7 +181,7 @@ class GoalRow(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InterpretedGoalRow(TidyTableLine):
+class InterpretedGoalTableLine(TidyTableLine):
     """One goal of an answer to goal interpretation, or one right goal that the answer lacks.
 
     Attributes:
@@ -200,7 +200,7 @@ class InterpretedGoalRow(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatorClauseRow(TidyTableLine):
+class OperatorClauseTableLine(TidyTableLine):
     """One clause of an operator in transition modeling, which an answer has or lacks.
 
     Attributes:
@@ -223,11 +223,11 @@ class OperatorClauseRow(TidyTableLine):
 
 
 TABLES: Mapping[str, type[TidyTableLine]] = {
-    "answers": AnswerLine,
-    "steps": StepLine,
-    "goals": GoalRow,
-    "atoms": InterpretedGoalRow,
-    "clauses": OperatorClauseRow,
+    "answers": AnswerTableLine,
+    "steps": PlanStepTableLine,
+    "goals": TaskGoalTableLine,
+    "atoms": InterpretedGoalTableLine,
+    "clauses": OperatorClauseTableLine,
 }
 """Mapping from the name of each tidy table to the class of its lines."""
 
@@ -287,7 +287,7 @@ def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
 
     If there are several agents, the lines of all agents together come first, under `ALL_MODELS`.
     """
-    models = group_pairs((line.agent, line) for line in lines)
+    models = group_pairs((line.model_harness_and_effort, line) for line in lines)
     return models if len(models) < 2 else {ALL_MODELS: list(lines), **models}
 
 
@@ -301,7 +301,7 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
             yield (*suite, model), of_model
 
 
-def compute_contribution_to_main_score(answer: AnswerLine) -> Share:
+def compute_contribution_to_main_score(answer: AnswerTableLine) -> Share:
     """Return an answer's contribution to its ability's main score.
 
     The main score is success, or F1 if the ability has no success metric. Excluded answers add nothing.
@@ -313,7 +313,7 @@ def compute_contribution_to_main_score(answer: AnswerLine) -> Share:
     return Share(2 * answer.hits, 2 * answer.hits + answer.extras + answer.misses)
 
 
-def compute_executed_share(answer: AnswerLine) -> Share:
+def compute_executed_share(answer: AnswerTableLine) -> Share:
     """Return 1 of 1 if the answer's plan or subgoals were executed without error, else 0 of 1.
 
     Return 0 of 0 for an answer that has neither.
@@ -321,7 +321,7 @@ def compute_executed_share(answer: AnswerLine) -> Share:
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
-def compute_share_of_reached_goals(answer: AnswerLine) -> Share:
+def compute_share_of_reached_goals(answer: AnswerTableLine) -> Share:
     """Return how many goals a plan or subgoals reach, and out of how many; 0 of 0 for other answers."""
     if answer.success is None:
         return EMPTY_SHARE
@@ -335,7 +335,7 @@ def make_task_rate_contribution(line: TidyTableLine, share: Share) -> TaskRateCo
     return TaskRateContribution(line.task, line.name, share)
 
 
-MEASURES: Mapping[AnswerScoreName, Callable[[AnswerLine], Share]] = {
+MEASURES: Mapping[AnswerScoreName, Callable[[AnswerTableLine], Share]] = {
     "score": compute_contribution_to_main_score,
     "executable": compute_executed_share,
     "goals": compute_share_of_reached_goals,

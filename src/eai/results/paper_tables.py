@@ -20,7 +20,7 @@ from pydantic import TypeAdapter
 
 from eai.base.files import parse_toml, to_model_name
 from eai.base.grouping import group_pairs
-from eai.results.coverage import TaskCoverage
+from eai.results.coverage import TaskCoverageByAnswers
 from eai.results.rate import Rate, compute_rates
 from eai.tasks.share import Share
 
@@ -206,10 +206,10 @@ class ScoresOfPublishedAnswers:
         """Return a mapping from names of metrics to the rates that a model's answers reach."""
         return compute_rates([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
-    def find_coverage(self, model: str) -> TaskCoverage:
+    def find_coverage(self, model: str) -> TaskCoverageByAnswers:
         """Return how many tasks of the suite a model answered; the other tasks count as failures."""
         answered = self.models[model].answered
-        return TaskCoverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
+        return TaskCoverageByAnswers(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,10 +235,12 @@ def is_trivial_baseline(name: str) -> bool:
 @cache
 def read_published_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the public answers of the paper's models under a protocol (rules of scoring)."""
-    return TypeAdapter(_PublishedScores).validate_json(_read_paper_file(format_published_file_name(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(
+        _read_paper_file(format_published_scores_file_name(protocol))
+    )
 
 
-def format_published_file_name(protocol: str) -> str:
+def format_published_scores_file_name(protocol: str) -> str:
     """Return the name of the file with the scores of the paper's public answers under a protocol (rules)."""
     return f"published_{protocol}.json"
 
@@ -258,8 +260,8 @@ def format_trivial_baselines_file_name(protocol: str) -> str:
 
 @cache
 def hash_published_scores(protocol: str) -> str:
-    """Return the SHA-256 digest of the file that `format_published_file_name` names."""
-    return hashlib.sha256(_read_paper_file(format_published_file_name(protocol))).hexdigest()
+    """Return the SHA-256 digest of the file that `format_published_scores_file_name` names."""
+    return hashlib.sha256(_read_paper_file(format_published_scores_file_name(protocol))).hexdigest()
 
 
 def _read_paper_file(table: str) -> bytes:

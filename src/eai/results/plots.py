@@ -348,29 +348,32 @@ def draw_rates_by_name(
 
 def draw_rate_matrix(
     rows: Sequence[Mapping[str, Cell]],
-    levels: Sequence[str],
-    rate: str,
-    label: str,
+    label_columns: Sequence[str],
+    rate_column: str,
+    caption: str,
     *,
-    across: str = MODEL,
-    zeros: bool = False,
+    other_axis_column: str = MODEL,
+    shows_zero_rates: bool = False,
 ) -> Figure | None:
     """Draw a matrix of rates with models on one axis; return None if there are no rates.
 
-    The labels of the other axis are the combined values of some columns (``levels``), such as outcomes.
-    The longer axis is vertical, so that many models fit. Rates with small denominators are in
+    The labels of the other axis are the combined values of some columns (``label_columns``), such as
+    outcomes. The longer axis is vertical, so that many models fit. Rates with small denominators are in
     brackets. If all rates of a model have the same denominator, this number stands at the end of the model's
     row or column.
 
     Args:
         rows: the rows of a suite.
-        levels: the columns whose values together label a row (or column) of the matrix.
-        rate: the column of rates.
-        label: caption of the matrix.
-        across: the column on the axis of the models; by default the models.
-        zeros: whether rates of zero are written as numbers; if not, their cells are blank.
+        label_columns: the columns whose values together label a row (or column) of the matrix.
+        rate_column: the column of rates.
+        caption: caption of the matrix.
+        other_axis_column: the column on the axis of the models; by default the models.
+        shows_zero_rates: whether rates of zero are written as numbers; if not, their cells are blank.
     """
-    cells = {(_make_row_label(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
+    cells = {
+        (_make_row_label(row, label_columns), str(row[other_axis_column]).replace("_", " ")): row[rate_column]
+        for row in rows
+    }
     row_names, column_names = (list(dict.fromkeys(pair[axis] for pair in cells)) for axis in (0, 1))
     if not cells:
         return None
@@ -400,13 +403,13 @@ def draw_rate_matrix(
         range(len(column_names)), labels=map(clip_label, column_names), rotation=55, ha="right", fontsize=6.5
     )
     panel.set_yticks(range(len(row_names)), labels=map(clip_label, row_names), fontsize=6.5)
-    add_caption(figure, label)
+    add_caption(figure, caption)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
         for x, cell in enumerate(line):
             value = get_value_of_cell(cell)
-            if isinstance(cell, int) or value > 0 or (zeros and value == 0):
+            if isinstance(cell, int) or value > 0 or (shows_zero_rates and value == 0):
                 color = "white" if value > _DARK_PERCENT else INK
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
                 figure.text(x, y, _format_cell_number(cell), style, transform=panel.transData)

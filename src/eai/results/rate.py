@@ -45,7 +45,7 @@ def compute_rates(contributions: Iterable[ShareByMetric]) -> dict[str, Rate]:
     """
     sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
-        add_contributions(sums, contribution)
+        add_numerators_and_denominators_to_sums(sums, contribution)
     return make_rates(sums)
 
 
@@ -53,19 +53,23 @@ Exact: TypeAlias = "int | Fraction"
 """A sum as an exact fraction: it does not depend on the order in which numbers are added."""
 
 
-def add_contributions(
-    sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
+def add_numerators_and_denominators_to_sums(
+    sums_by_metric: dict[str, tuple[Exact, Exact]],
+    added_by_metric: Mapping[str, tuple[float | Exact, float | Exact]],
 ) -> None:
     """Add the contributions of an answer, or of a group of answers, to the running sums of metrics.
 
     Args:
-        sums: numerator and denominator of each metric so far.
-        more: numerator and denominator to add to each metric.
+        sums_by_metric: numerator and denominator of each metric so far.
+        added_by_metric: numerator and denominator to add to each metric.
     """
-    for name, (numerator, denominator) in more.items():
-        if numerator or denominator or name not in sums:
-            before = sums.get(name, (0, 0))
-            sums[name] = before[0] + _to_exact_number(numerator), before[1] + _to_exact_number(denominator)
+    for name, (numerator, denominator) in added_by_metric.items():
+        if numerator or denominator or name not in sums_by_metric:
+            before = sums_by_metric.get(name, (0, 0))
+            sums_by_metric[name] = (
+                before[0] + _to_exact_number(numerator),
+                before[1] + _to_exact_number(denominator),
+            )
 
 
 def make_rates(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:

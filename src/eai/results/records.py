@@ -128,14 +128,14 @@ def make_record_batch(records: Sequence[Record]) -> RecordBatch:
     ), RunTotals.from_records(records)
 
 
-RunFieldAndRatesByAttempt: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
+RunDetailsAndRatesByAttempt: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
 """Parts of ``summary.json``: the field ``run``, and all metrics after each of several attempts at a task."""
 
 
 def write_record_batches(
     folder: Path,
     batches: Iterable[RecordBatch],
-    describe_run: Callable[[RunTotals], RunFieldAndRatesByAttempt] | None = None,
+    describe_run: Callable[[RunTotals], RunDetailsAndRatesByAttempt] | None = None,
 ) -> RunTotals:
     """Write the records (scored answers) of one model in one suite, and their summary.
 
@@ -151,7 +151,7 @@ def write_record_batches(
     """
     totals = RunTotals()
 
-    def generate_lines_and_add_totals() -> Iterator[bytes]:
+    def generate_record_lines_and_sum_run_totals() -> Iterator[bytes]:
         for batch_lines, batch_totals in batches:
             totals.add_totals_of_later_records(batch_totals)
             yield batch_lines
@@ -160,7 +160,10 @@ def write_record_batches(
         yield format_summary(totals, *(({}, ()) if describe_run is None else describe_run(totals)))
 
     write_files_atomically(
-        {folder / RECORDS: generate_lines_and_add_totals(), folder / SUMMARY: generate_summary_json()}
+        {
+            folder / RECORDS: generate_record_lines_and_sum_run_totals(),
+            folder / SUMMARY: generate_summary_json(),
+        }
     )
     return totals
 

@@ -197,10 +197,10 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
                 )
             if times > 1:
                 raise InputError(f"{path}: the run {key} has {times} records of task {task_id}; keep one")
-            yield Run(key, tuple(records), _read_inspect_log_reference(path))
+            yield Run(key, tuple(records), _read_inspect_log_names_and_epoch(path))
 
 
-def write_inspect_log_reference(
+def write_inspect_log_names_and_epoch(
     folder: Path, logs: Mapping[str, Path], epoch: int | Mapping[str, int]
 ) -> None:
     """Write a file beside records that names Inspect's log of the answers, and the epoch (round of answers).
@@ -218,7 +218,7 @@ def write_inspect_log_reference(
     write_files_atomically({folder / _LOG_FILE: json.dumps({"log": log, "epoch": epoch}) + "\n"})
 
 
-def _read_inspect_log_reference(record_file: Path) -> LogSamples | None:
+def _read_inspect_log_names_and_epoch(record_file: Path) -> LogSamples | None:
     path = record_file.with_name(_LOG_FILE)
     try:
         content = json.loads(read_content(path)) if path.exists() else None

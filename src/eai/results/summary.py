@@ -275,7 +275,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
             if declared.answers_are_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
         if declared.interaction.uses_operator_tasks:
-            _add_operator_shares_to_breakdown(
+            _add_clause_scores_by_action_and_predicate(
                 cast("OperatorVerdict", record.verdict), by_action, by_predicate
             )
         for report, reached in list_goals_and_whether_reached(record):
@@ -290,8 +290,8 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
         _count_answers_reaching_each_stage(outcomes) if declared.answers_are_plans else None,
         dict(sorted(by_goals.items())),
         dict(sorted(by_length.items())),
-        _sum_rates(by_action),
-        _sum_rates(by_predicate),
+        _compute_rate_by_name(by_action),
+        _compute_rate_by_name(by_predicate),
     )
 
 
@@ -329,7 +329,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     )
 
 
-def _add_operator_shares_to_breakdown(
+def _add_clause_scores_by_action_and_predicate(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
     """Add each clause of a precondition or effect, as right or wrong, to its operator and its predicates."""
@@ -350,5 +350,5 @@ _MATCH = Share(2, 2)
 """Numerator and denominator that a right clause (a true positive) adds to F1: 2 TP / (2 TP + FP + FN)."""
 
 
-def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
-    return {name: compute_rate(shares_of_name) for name, shares_of_name in sorted(shares.items())}
+def _compute_rate_by_name(shares_by_name: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
+    return {name: compute_rate(shares_of_name) for name, shares_of_name in sorted(shares_by_name.items())}

@@ -78,7 +78,7 @@ class Estimate:
         """Return the estimate of a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
-    def get_numbers_of_estimate_by_name(self) -> dict[str, float | None]:
+    def get_value_bounds_and_fraction_by_name(self) -> dict[str, float | None]:
         """Return the numbers of this estimate, such as the lower bound of its interval, by name.
 
         A number is None if it is unknown.
@@ -238,7 +238,7 @@ class Table:
             flat: list[Plain] = []
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
-                    flat += cell.get_numbers_of_estimate_by_name().values()
+                    flat += cell.get_value_bounds_and_fraction_by_name().values()
                 elif isinstance(cell, TextCell):
                     flat.append(cell.text)
                 else:

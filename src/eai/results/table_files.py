@@ -124,7 +124,7 @@ def _cell_to_json(cell: Cell) -> Json:
         return cell.text if isinstance(cell, TextCell) else cell
     return {
         name: value
-        for name, value in cell.get_numbers_of_estimate_by_name().items()
+        for name, value in cell.get_value_bounds_and_fraction_by_name().items()
         if value is not None or name == "value"
     }
 

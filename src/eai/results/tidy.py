@@ -12,7 +12,13 @@ from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.lines import AnswerLine, GoalRow, InterpretedGoalRow, OperatorClauseRow, StepLine
+from eai.results.lines import (
+    AnswerTableLine,
+    InterpretedGoalTableLine,
+    OperatorClauseTableLine,
+    PlanStepTableLine,
+    TaskGoalTableLine,
+)
 from eai.results.record import Record
 from eai.results.summary import (
     compute_metric_contributions_by_task,
@@ -41,11 +47,11 @@ class TidyTables:
     """
 
     def __init__(self, source: Source, *, features: bool = True) -> None:
-        self.answers: list[AnswerLine] = []
-        self.steps: list[StepLine] = []
-        self.goals: list[GoalRow] = []
-        self.atoms: list[InterpretedGoalRow] = []
-        self.clauses: list[OperatorClauseRow] = []
+        self.answers: list[AnswerTableLine] = []
+        self.steps: list[PlanStepTableLine] = []
+        self.goals: list[TaskGoalTableLine] = []
+        self.atoms: list[InterpretedGoalTableLine] = []
+        self.clauses: list[OperatorClauseTableLine] = []
         self._source = source
         self._features = features
         self._open_cached_lookup = cache(self._open_task_lookup)
@@ -70,7 +76,7 @@ class TidyTables:
         return TaskLookup(find_benchmark(domain), self._source) if domain in list_benchmarks() else None
 
 
-_COLUMNS = tuple(column.name for column in fields(AnswerLine))
+_COLUMNS = tuple(column.name for column in fields(AnswerTableLine))
 
 IdentifyingColumns: TypeAlias = dict[str, Any]
 """Mapping from the names of the columns that every line has (`TidyTableLine`) to their values."""
@@ -94,7 +100,7 @@ def make_identifying_columns(record: Record) -> IdentifyingColumns:
 
 def _make_answer_line(
     record: Record, key: IdentifyingColumns, share_by_metric: ShareByMetric, task_lookup: TaskLookup | None
-) -> AnswerLine:
+) -> AnswerTableLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
@@ -116,7 +122,7 @@ def _make_answer_line(
         **verdict.values_by_column,
     }
     columns: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
-    return AnswerLine(**columns)
+    return AnswerTableLine(**columns)
 
 
 def _has_plans(record: Record) -> bool:
@@ -165,12 +171,12 @@ def _read_task_features(record: Record, task_lookup: TaskLookup | None) -> Mappi
     return {**features, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
-def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[StepLine]:
+def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[PlanStepTableLine]:
     if not _has_plans(record):
         return
     for number, step in list_reported_steps(record):
         call = step.call
-        yield StepLine(
+        yield PlanStepTableLine(
             **key,
             step=number,
             operator=call.name,
@@ -180,19 +186,19 @@ def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[StepLi
         )
 
 
-def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalRow]:
+def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[TaskGoalTableLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(list_goals_and_whether_reached(record)):
         names = " ".join(report.predicates)
-        yield GoalRow(
+        yield TaskGoalTableLine(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
         )
 
 
 def _make_interpreted_goal_lines(
     record: Record, key: IdentifyingColumns, task_lookup: TaskLookup | None
-) -> Iterator[InterpretedGoalRow]:
+) -> Iterator[InterpretedGoalTableLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -208,19 +214,19 @@ def _make_interpreted_goal_lines(
                 if status == "wrong" and task_lookup is not None
                 else None
             )
-            yield InterpretedGoalRow(
+            yield InterpretedGoalTableLine(
                 **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
 
 
-def _make_clause_lines(record: Record, key: IdentifyingColumns) -> Iterator[OperatorClauseRow]:
+def _make_clause_lines(record: Record, key: IdentifyingColumns) -> Iterator[OperatorClauseTableLine]:
     if not get_declaration(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER
 
     verdict = cast("OperatorVerdict", record.verdict)
     for report in verdict.operators:
-        line = partial(OperatorClauseRow, **key, operator=report.name, status=report.status.value)
+        line = partial(OperatorClauseTableLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for status in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), status):

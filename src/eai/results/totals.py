@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import RAISED
-from eai.results.coverage import TaskCoverage, TasksChangedByErrata
-from eai.results.rate import NOTHING, Exact, Rate, add_contributions, make_rates
+from eai.results.coverage import TaskCoverageByAnswers, TasksChangedByErrata
+from eai.results.rate import NOTHING, Exact, Rate, add_numerators_and_denominators_to_sums, make_rates
 from eai.results.record import NOT_ANSWERED, Record
 
 _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED, _CUT_OFF = 1, 2, 4, 8, 16, 32
@@ -85,7 +85,7 @@ class RunTotals:
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
             self.metrics_without_value.update(declared.missing_metrics(verdict))
-            add_contributions(self.sums_by_metric, declared.contributions(verdict))
+            add_numerators_and_denominators_to_sums(self.sums_by_metric, declared.contributions(verdict))
 
     def add_totals_of_later_records(self, later_totals: RunTotals) -> None:
         """Add the totals of later records of the run to these totals."""
@@ -97,7 +97,7 @@ class RunTotals:
         self.answer_counts_by_planner += later_totals.answer_counts_by_planner
         self.second_planner_outcomes += later_totals.second_planner_outcomes
         self._add_task_statuses(later_totals.status_by_task)
-        add_contributions(self.sums_by_metric, later_totals.sums_by_metric)
+        add_numerators_and_denominators_to_sums(self.sums_by_metric, later_totals.sums_by_metric)
 
     def _add_task_statuses(self, statuses: Mapping[str, int]) -> None:
         for task_id, status in statuses.items():
@@ -147,10 +147,10 @@ class RunTotals:
         return tuple(sorted(self.answer_counts_by_planner))
 
     @property
-    def coverage(self) -> TaskCoverage:
-        """Numbers of tasks of the suite that the run asked, answered, failed or left out (`TaskCoverage`)."""
+    def coverage(self) -> TaskCoverageByAnswers:
+        """Numbers of tasks of the suite that the run asked, answered, failed or left out (`TaskCoverageByAnswers`)."""
         unanswered = [status for status in self.status_by_task.values() if not status & _ANSWERED]
-        return TaskCoverage(
+        return TaskCoverageByAnswers(
             asked=len(self.status_by_task),
             answered=len(self.status_by_task) - len(unanswered),
             failed=sum(bool(status & _SCORED) for status in unanswered),

@@ -101,7 +101,7 @@ class Conversation:
         return self._get_question()
 
     @property
-    def metadata_of_changed_scene_in_question(self) -> Mapping[str, str]:
+    def changed_scene_metadata_of_next_question(self) -> Mapping[str, str]:
         """Metadata on the scene of the next question; empty if the scene has not changed."""
         return self._describe_changed_scene()
 

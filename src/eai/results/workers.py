@@ -278,13 +278,13 @@ class WorkerPool:
 
     def _receive_result(self) -> None:
         """Wait for a result or for a worker's death, and send waiting batches to workers."""
-        for worker in self._wait_for_workers():
+        for worker in self._wait_for_workers_that_sent_or_died():
             with self._discard_worker_if_interrupted(worker):
                 result = worker.connection.recv_bytes()
                 worker.pending.popleft().result = result
         self._send_batches()
 
-    def _wait_for_workers(self) -> list[WorkerProcess]:
+    def _wait_for_workers_that_sent_or_died(self) -> list[WorkerProcess]:
         """Wait until workers have sent results or died, and return these workers."""
         by_connection = {worker.connection: worker for worker in self._workers}
         return [by_connection[each] for each in wait(list(by_connection))]  # type: ignore[index] # wait() returns connections that it was given

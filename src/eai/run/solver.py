@@ -270,7 +270,7 @@ class _SampleTranscript:
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]
         metadata = {"attempt": self.attempt, "done": actions}
         messages = make_messages(
-            question, {**self._metadata, **conversation.metadata_of_changed_scene_in_question, **metadata}
+            question, {**self._metadata, **conversation.changed_scene_metadata_of_next_question, **metadata}
         )
         if self.attempt == 1:
             self._state.messages = list(messages)

@@ -103,7 +103,7 @@ class StageThatObtainsGoalsOrScenes:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_goals_and_scenes(endpoint, suite)
-        return earlier.copy_scenes_with_goals_from(self.believe(self, endpoint, suite))
+        return earlier.combine_own_scenes_with_goals_of(self.believe(self, endpoint, suite))
 
     @property
     def first_stage_of_run(self) -> StageThatObtainsGoalsOrScenes:

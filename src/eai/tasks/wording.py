@@ -102,14 +102,15 @@ class PromptAndAnswerWording:
         rules = "\n".join([listed, *self.rules.write_predicate_definitions()])
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def write_operators_heading(self, action_phrase: str) -> str:
+    def write_operators_heading(self, phrase_for_one_action: str) -> str:
         """Return the heading above the text of `describe_operators`.
 
-        `action_phrase` stands for one action in the heading, such as ``each`` in "what each requires".
+        `phrase_for_one_action` stands for one action in the heading, such as ``each`` in "what each
+        requires".
         """
         if self.rules is None:
-            return f"the reasons for which {action_phrase} can fail"
-        return f"what {action_phrase} requires and changes"
+            return f"the reasons for which {phrase_for_one_action} can fail"
+        return f"what {phrase_for_one_action} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
         """Return one action with its exact rule; or, without `rules`, with the reasons why it can fail."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eai.extensions.adaptive.study import SuiteScores, estimate_ability_above_mean
+from eai.extensions.adaptive.study import SuiteScores, estimate_model_ability_above_mean
 from eai.results.table import Estimate
 from studies.effects import MODELS, Answer
 
@@ -19,4 +19,4 @@ def ability(run: Sequence[Answer]) -> Estimate:
     for each in run:
         matrix[each.model, places[each.task]] = each.success
     scores = SuiteScores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
-    return estimate_ability_above_mean(scores, MODELS - 2)
+    return estimate_model_ability_above_mean(scores, MODELS - 2)

@@ -12,7 +12,7 @@ from eai.base.store import DataPackStore
 from eai.extensions.board.submission import (
     build_submission,
     check_submission,
-    get_identifiers_by_submission_file,
+    get_task_identifiers_by_submission_file,
 )
 from eai.tasks.source import DataMistake
 
@@ -35,7 +35,7 @@ def complete(data_store: DataPackStore) -> dict[str, Rows]:
     """A complete submission."""
     return {
         file: [{"identifier": identifier, "llm_output": "{}"} for identifier in identifiers]
-        for file, identifiers in get_identifiers_by_submission_file(data_store).items()
+        for file, identifiers in get_task_identifiers_by_submission_file(data_store).items()
     }
 
 
@@ -203,4 +203,4 @@ def test_the_prompts_of_a_phase_determine_the_expected_rows(
 
 def test_a_prompts_folder_without_prompts_is_refused(data_store: DataPackStore, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder with <domain>_<ability>_prompts"):
-        get_identifiers_by_submission_file(data_store, tmp_path)
+        get_task_identifiers_by_submission_file(data_store, tmp_path)

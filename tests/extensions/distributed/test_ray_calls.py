@@ -51,14 +51,16 @@ class Cluster(ModuleType):
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
         vars(holder)["start"] = _Remote(lambda folder: Promise(None))
-        vars(holder)["process_batch"] = _Remote(lambda content: self._promise(actor, content))
+        vars(holder)["apply_pickled_function_to_batch"] = _Remote(
+            lambda content: self._promise(actor, content)
+        )
         self.actors.append(holder)
         return holder
 
     def _promise(self, actor: Any, content: bytes) -> Promise:
         self.promised += 1
         self.most = max(self.most, self.promised)
-        return Promise(actor.process_batch(content))
+        return Promise(actor.apply_pickled_function_to_batch(content))
 
     def get(self, promise: Promise) -> Any:
         self.promised -= 1

@@ -16,7 +16,7 @@ import pytest
 from command_line import Command
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 from eai.world.fault import FaultKind
 
@@ -118,7 +118,7 @@ def read(folder: Path, text: str, games: Benchmark | None = None) -> tuple[Logge
 )
 def test_each_form_of_log_is_read(tmp_path: Path, text: str, outcome: str, ending: str, actions: int) -> None:
     (episode,) = read(tmp_path, text)
-    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), Ending(ending))
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), EpisodeEndReason(ending))
     assert len(episode.steps) == actions
     assert (episode.opening.count("Your task is to"), "put some mug" in episode.opening) == (1, False)
 

@@ -21,7 +21,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.logs.episode import CANNOT_TELL, Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import CANNOT_TELL, EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 
 games = pytest.importorskip("extensions.alfworld.test_alfworld", reason="needs the extension alfworld")
@@ -33,7 +33,7 @@ LOGS = [
     for log in map(json.loads, path.read_text(encoding="utf-8").splitlines())
 ]
 HEADER = {"created": "2026-10-02T09:00:00+00:00", "task": "tidy", "dataset": {}, "model": "m", "config": {}}
-ENDINGS = {"time": Ending.OUT_OF_TIME, "steps": Ending.OUT_OF_STEPS}
+ENDINGS = {"time": EpisodeEndReason.OUT_OF_TIME, "steps": EpisodeEndReason.OUT_OF_STEPS}
 
 
 def write(folder: Path, log: dict[str, Any]) -> Path:

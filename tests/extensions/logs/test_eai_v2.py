@@ -15,67 +15,79 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 
 REPLAYED = {"deterministic": 1, "grader_error": 0, "n_actions": 800, "video_rendered": 1}
 TIMEOUT = "AgentTimeoutError"
 
 LABELLED = [
-    ("won", {**REPLAYED, "success": 1}, None, EpisodeOutcome.WON, Ending.BY_AGENT),
-    ("won at the last moment", {**REPLAYED, "success": 1}, TIMEOUT, EpisodeOutcome.WON, Ending.OUT_OF_TIME),
-    ("unmet", {**REPLAYED, "success": 0}, None, EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT),
+    ("won", {**REPLAYED, "success": 1}, None, EpisodeOutcome.WON, EpisodeEndReason.BY_AGENT),
+    (
+        "won at the last moment",
+        {**REPLAYED, "success": 1},
+        TIMEOUT,
+        EpisodeOutcome.WON,
+        EpisodeEndReason.OUT_OF_TIME,
+    ),
+    ("unmet", {**REPLAYED, "success": 0}, None, EpisodeOutcome.GOAL_UNMET, EpisodeEndReason.BY_AGENT),
     (
         "unmet, robot service",
         {**REPLAYED, "success": 0, "live_success": 0, "replay_success": 0},
         TIMEOUT,
         EpisodeOutcome.GOAL_UNMET,
-        Ending.OUT_OF_TIME,
+        EpisodeEndReason.OUT_OF_TIME,
     ),
     (
         "unmet, without a live verdict",
         {**REPLAYED, "success": 0, "replay_success": 0},
         None,
         EpisodeOutcome.GOAL_UNMET,
-        Ending.BY_AGENT,
+        EpisodeEndReason.BY_AGENT,
     ),
     (
         "replay differs",
         {**REPLAYED, "success": 0, "deterministic": 0},
         TIMEOUT,
         EpisodeOutcome.NOT_REPRODUCED,
-        Ending.OUT_OF_TIME,
+        EpisodeEndReason.OUT_OF_TIME,
     ),
     (
         "reached only live",
         {**REPLAYED, "success": 0, "live_success": 1, "replay_success": 0},
         None,
         EpisodeOutcome.NOT_REPRODUCED,
-        Ending.BY_AGENT,
+        EpisodeEndReason.BY_AGENT,
     ),
     (
         "no trajectory",
         {"grader_error": 0, "missing_trajectory": 1, "success": 0},
         TIMEOUT,
         EpisodeOutcome.NOTHING_SUBMITTED,
-        Ending.OUT_OF_TIME,
+        EpisodeEndReason.OUT_OF_TIME,
     ),
     (
         "no action",
         {**REPLAYED, "success": 0, "deterministic": 0, "n_actions": 0},
         None,
         EpisodeOutcome.NOTHING_SUBMITTED,
-        Ending.BY_AGENT,
+        EpisodeEndReason.BY_AGENT,
     ),
-    ("grader failed", {"grader_error": 1, "success": 0}, None, EpisodeOutcome.NOT_GRADED, Ending.BY_AGENT),
-    ("cancelled", None, "CancelledError", EpisodeOutcome.NOT_GRADED, Ending.STOPPED),
-    ("crashed", None, "NonZeroAgentExitCodeError", EpisodeOutcome.NOT_GRADED, Ending.CANNOT_TELL),
+    (
+        "grader failed",
+        {"grader_error": 1, "success": 0},
+        None,
+        EpisodeOutcome.NOT_GRADED,
+        EpisodeEndReason.BY_AGENT,
+    ),
+    ("cancelled", None, "CancelledError", EpisodeOutcome.NOT_GRADED, EpisodeEndReason.STOPPED),
+    ("crashed", None, "NonZeroAgentExitCodeError", EpisodeOutcome.NOT_GRADED, EpisodeEndReason.CANNOT_TELL),
     (
         "another benchmark's reward",
         {"success": 0, "n_actions": 12},
         None,
         EpisodeOutcome.CANNOT_TELL,
-        Ending.BY_AGENT,
+        EpisodeEndReason.BY_AGENT,
     ),
 ]
 
@@ -156,7 +168,7 @@ def test_the_record_of_a_trial_decides_its_outcome_and_its_ending(
     reward: Mapping[str, int] | None,
     exception: str | None,
     outcome: EpisodeOutcome,
-    ending: Ending,
+    ending: EpisodeEndReason,
 ) -> None:
     value = (
         run({"boxing": {"limited": record(reward, exception)}}) if form == "run" else trial(reward, exception)
@@ -192,10 +204,10 @@ def test_a_simulator_error_ends_a_trial_from_outside(tmp_path: Path) -> None:
     reward = {**REPLAYED, "success": 0, "deterministic": 0}
     crash = {"reason": "error", "error": "RuntimeError('physics')"}
     (episode,) = read_log(written(tmp_path, trial(reward, None, ended=crash)))
-    assert (episode.outcome, episode.ending) == (EpisodeOutcome.NOT_REPRODUCED, Ending.STOPPED)
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome.NOT_REPRODUCED, EpisodeEndReason.STOPPED)
     assert episode.words.endswith("time is short. Simulator error: RuntimeError('physics')")
     (episode,) = read_log(written(tmp_path, trial(reward, None, ended={"reason": "timeout"})))
-    assert episode.ending is Ending.BY_AGENT
+    assert episode.ending is EpisodeEndReason.BY_AGENT
 
 
 def test_progress_is_the_graders_except_that_nothing_submitted_has_none(tmp_path: Path) -> None:

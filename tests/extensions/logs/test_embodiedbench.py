@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 from eai.world.fault import FaultKind
 
@@ -194,7 +194,7 @@ def test_the_end_of_an_episode_follows_from_its_last_lines(
     tmp_path: Path, lines: Sequence[object], outcome: str, ending: str
 ) -> None:
     episode = read(tmp_path, lines)
-    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), Ending(ending))
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), EpisodeEndReason(ending))
 
 
 def test_the_best_moment_is_the_first_step_with_the_largest_progress(tmp_path: Path) -> None:
@@ -213,7 +213,7 @@ def test_a_file_of_results_has_an_outcome_but_no_steps(tmp_path: Path) -> None:
     result = {"reward": 0.1, "num_invalid_actions": 10, "empty_plan": 0, "instruction": INSTRUCTION}
     result |= {"task_success": 0.0, "task_progress": 0.5, "num_steps": 17, "planner_steps": 9}
     episode = read(tmp_path, [result])
-    assert (episode.outcome, episode.ending) == (EpisodeOutcome.GOAL_UNMET, Ending.TOO_MANY_ERRORS)
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome.GOAL_UNMET, EpisodeEndReason.TOO_MANY_ERRORS)
     assert (episode.steps, episode.actions, episode.best_goal_progress, episode.calls) == ((), 17, 0.5, 9)
     assert episode.unknown == ("errors of steps",)
     episode = read(tmp_path, [{**result, "empty_plan": 1, "num_invalid_actions": 0, "task_progress": 0}])
@@ -250,8 +250,12 @@ def test_published_trajectories_are_one_list_with_the_verdict_of_each_episode(tm
     )
     assert (lost.task, lost.agent, lost.setting) == (f"{INSTRUCTION} (1)", "a", "base")
     assert [step.kind for step in lost.steps] == [None, FaultKind.WRONG_ORDER]
-    assert (lost.outcome, lost.ending, lost.calls) == (EpisodeOutcome.GOAL_UNMET, Ending.CANNOT_TELL, 3)
-    assert (won.outcome, won.ending, won.words) == (EpisodeOutcome.WON, Ending.GOAL, "")
+    assert (lost.outcome, lost.ending, lost.calls) == (
+        EpisodeOutcome.GOAL_UNMET,
+        EpisodeEndReason.CANNOT_TELL,
+        3,
+    )
+    assert (won.outcome, won.ending, won.words) == (EpisodeOutcome.WON, EpisodeEndReason.GOAL, "")
     assert (lost.unknown, won.unknown) == (("progress", "the end"), ("progress",))
     assert idle.outcome is EpisodeOutcome.NOTHING_SUBMITTED
 

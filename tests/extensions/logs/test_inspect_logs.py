@@ -24,7 +24,7 @@ from inspect_ai.tool import ToolCall, ToolCallError
 from agents.switches import DOMAIN, initial
 from eai import Benchmark, make_task, use_tasks
 from eai.base.errors import InputError
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 from eai.world.fault import FaultKind
 
@@ -140,7 +140,7 @@ def test_score_and_limit_of_a_sample_decide_its_outcome_and_its_ending(
     tmp_path: Path, calls: Sequence[Call], value: Any, changed: dict[str, Any], outcome: str, ending: str
 ) -> None:
     (episode,) = read_log(write(tmp_path, sample(calls, value, **changed)))
-    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), Ending(ending))
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome(outcome), EpisodeEndReason(ending))
 
 
 def test_scores_that_disagree_tell_no_outcome_and_epochs_have_their_own_setting(tmp_path: Path) -> None:

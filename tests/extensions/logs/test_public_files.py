@@ -50,7 +50,7 @@ def test_a_log_of_alfworld_shows_an_agent_that_repeats_what_the_game_cannot_read
     (episode,) = read_log(find_copy("EAI_ALFWORLD_LOG", address))
     assert (episode.task, episode.outcome) == ("put some watch on safe", EpisodeOutcome.CANNOT_TELL)
     assert [step.accepted for step in episode.steps] == [False] * 30
-    assert (episode.index_of_first_error, episode.most_frequent_action_and_reply_count) == (0, 19)
+    assert (episode.index_of_first_error, episode.max_occurrences_of_action_reply_pair) == (0, 19)
 
 
 def test_trajectories_of_embodiedbench_have_the_verdicts_of_the_file() -> None:

@@ -12,7 +12,13 @@ import pytest
 from browsing import needs_browser, open_explorer
 from command_line import Command
 from eai.base import entry_points
-from eai.extensions.logs.episode import CANNOT_TELL, Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.episode import (
+    CANNOT_TELL,
+    EpisodeEndReason,
+    EpisodeOutcome,
+    LoggedEpisode,
+    LoggedStep,
+)
 from eai.extensions.logs.explorer import describe_episode, make_explorer_page
 from eai.extensions.logs.study import _COLORS
 from eai.world.fault import FaultKind
@@ -27,12 +33,12 @@ STEPS = (
     LoggedStep("take lid", False, FaultKind.MISSING_STEP, "You are far away.", 0.5),
 )
 LOST = LoggedEpisode(
-    *("lost", EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT, STEPS, "a", "hard"),
+    *("lost", EpisodeOutcome.GOAL_UNMET, EpisodeEndReason.BY_AGENT, STEPS, "a", "hard"),
     unknown=("seconds",),
     words=HOSTILE,
     format="made",
 )
-WON = LoggedEpisode("won", EpisodeOutcome.WON, Ending.GOAL, STEPS[:1], format="made")
+WON = LoggedEpisode("won", EpisodeOutcome.WON, EpisodeEndReason.GOAL, STEPS[:1], format="made")
 GRADERS = "nothing scored: outcomes are verdicts of the grader in each log"
 
 

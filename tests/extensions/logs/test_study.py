@@ -16,7 +16,7 @@ from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs import readers, study
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, read_log, read_logs
 from eai.extensions.logs.twin import make_table_of_benchmark_tasks_named_in_logs
 from eai.studies.records import StudyRecords
@@ -28,8 +28,10 @@ STEPS = (
     LoggedStep("take cup", False, FaultKind.MISSING_STEP, "no", 0.5),
     LoggedStep("take cup", False, None, "no", 0.25),
 )
-LOST = LoggedEpisode("t1", EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT, STEPS, "a", "s", unknown=("seconds",))
-WON = LoggedEpisode("t2", EpisodeOutcome.WON, Ending.GOAL, STEPS[:1], "a", "s", progress=1.0)
+LOST = LoggedEpisode(
+    "t1", EpisodeOutcome.GOAL_UNMET, EpisodeEndReason.BY_AGENT, STEPS, "a", "s", unknown=("seconds",)
+)
+WON = LoggedEpisode("t2", EpisodeOutcome.WON, EpisodeEndReason.GOAL, STEPS[:1], "a", "s", progress=1.0)
 
 
 def record(success: int) -> dict[str, object]:
@@ -173,7 +175,7 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
 
 
 def test_the_outcomes_beside_a_twin_say_which_episodes_ran_out_of_time() -> None:
-    late = replace(LOST, task="near", ending=Ending.OUT_OF_TIME)
+    late = replace(LOST, task="near", ending=EpisodeEndReason.OUT_OF_TIME)
     task = make_task("near", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
     benchmark = Benchmark("switches", DOMAIN, use_tasks(task))
     (row,) = make_table_of_benchmark_tasks_named_in_logs(

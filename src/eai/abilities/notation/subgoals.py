@@ -86,7 +86,7 @@ class SubgoalNotation:
         """Return the domain whose actions carry out the subgoals."""
         return self.domain
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
+    def make_lexicon_of_names_in_subgoals(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names that subgoals about a scene may contain."""
         return make_lexicon_of_declared_names(self.domain, scene)
 
@@ -104,7 +104,7 @@ class SubgoalNotation:
         action's name. An action gets no subgoal if it fails, or if the notation can express neither facts nor
         name.
         """
-        lexicon = self.make_formula_lexicon(task.scene)
+        lexicon = self.make_lexicon_of_names_in_subgoals(task.scene)
         subgoals: list[str] = []
         state = task.initial
         for action in plan:

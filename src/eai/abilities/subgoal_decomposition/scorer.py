@@ -96,7 +96,7 @@ class SubgoalDecompositionScorer(Scorer):
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
         self.excluded = task.unplannable_reason
-        self.lexicon = self.notation.make_formula_lexicon(task.scene)
+        self.lexicon = self.notation.make_lexicon_of_names_in_subgoals(task.scene)
         self.temporal_goal = self._read_temporal_goal()
         self._goal = self._make_goal_progress()
         self._limits = limits or ExplorationLimits()

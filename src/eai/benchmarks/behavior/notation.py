@@ -166,7 +166,7 @@ class BehaviorSubgoalNotation(SubgoalNotation):
     def __init__(self) -> None:
         super().__init__(behavior.make_domain_with_checks_in_paper_order())
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
+    def make_lexicon_of_names_in_subgoals(self, scene: Scene) -> FormulaNameLexicon:
         """Return the lexicon of a scene: the names that prompts use for its states, actions and objects."""
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)

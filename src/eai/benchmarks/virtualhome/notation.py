@@ -211,7 +211,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.make_domain_with_switch_hands_action()
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
+    def make_lexicon_of_names_in_subgoals(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names in formulas about a scene: objects as the data set names them, or by class."""
         names = collect_names_of_objects_and_classes(scene.index, scene)
         return FormulaNameLexicon(

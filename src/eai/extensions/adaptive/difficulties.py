@@ -59,7 +59,7 @@ def _load_difficulty_tables() -> dict[str, Any]:
     return by_suite
 
 
-class _AbilityEstimate(NamedTuple):
+class _RaschAbilityEstimate(NamedTuple):
     """A model's ability, in logits.
 
     Attributes:
@@ -76,7 +76,7 @@ def estimate_ability(
     difficulties: Mapping[str, float],
     name_by_task: Mapping[str, str] | None = None,
     variance: float = 0.0,
-) -> _AbilityEstimate:
+) -> _RaschAbilityEstimate:
     """Estimate the ability of a model.
 
     Args:
@@ -100,7 +100,7 @@ def estimate_ability(
     between = variance * _compute_information_concentration_on_names(
         value, scores, difficulties, name_by_task or {}
     )
-    return _AbilityEstimate(value, math.sqrt(1 / information + between))
+    return _RaschAbilityEstimate(value, math.sqrt(1 / information + between))
 
 
 def _compute_information_concentration_on_names(

@@ -55,7 +55,7 @@ def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
-    def find_flag_of_unsolved_task(key: SuiteProtocolDomainAndAbility, task_id: str) -> Flag:
+    def flag_whether_unsolved_task_has_plan(key: SuiteProtocolDomainAndAbility, task_id: str) -> Flag:
         suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
@@ -71,7 +71,7 @@ def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
         task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:
-            yield find_flag_of_unsolved_task(key, task_id) if has_plans else "unsolved"
+            yield flag_whether_unsolved_task_has_plan(key, task_id) if has_plans else "unsolved"
         if task is not None and has_plans and _has_ambiguous_goals(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 

@@ -105,7 +105,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
         if (
             run.key[:3] == of_suite
             and run.key.has_standard_rules_and_no_study
-            and RunTotals.from_records(run.records).coverage.is_ranked
+            and RunTotals.from_records(run.records).coverage.is_complete_enough_for_ranking
         ):
             tables.add_records(run.records)
     scores = collect_scores(tables.answers)

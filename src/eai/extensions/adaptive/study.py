@@ -21,7 +21,7 @@ from eai.extensions.adaptive.rasch import (
 from eai.results.certainty import LEVEL, compute_student_quantile
 from eai.results.lines import (
     SUITE,
-    AnswerLine,
+    AnswerTableLine,
     SuiteProtocolDomainAndAbility,
     compute_contribution_to_main_score,
     group_by_suite,
@@ -89,7 +89,7 @@ class SuiteScores:
         return compute_item_rest_correlations(self.matrix)
 
 
-def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
+def collect_scores(answers: Sequence[AnswerTableLine]) -> SuiteScores:
     """Return the scores of the answers to one suite. An unreadable answer scores 0."""
     import numpy as np
 
@@ -97,7 +97,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     names: dict[str, str] = {}
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
-            by_model.setdefault(answer.agent, {})[answer.task] = (
+            by_model.setdefault(answer.model_harness_and_effort, {})[answer.task] = (
                 Rate(*compute_contribution_to_main_score(answer)).share or 0.0
             )
             names[answer.task] = answer.name
@@ -106,10 +106,12 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     return SuiteScores(tuple(by_model), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-_ScoredSuites: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, tuple[Sequence[AnswerLine], SuiteScores]]
+_ScoredSuites: TypeAlias = Mapping[
+    SuiteProtocolDomainAndAbility, tuple[Sequence[AnswerTableLine], SuiteScores]
+]
 
 
-def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
+def make_task_difficulty_tables(answers: Sequence[AnswerTableLine], flags: FlagReader) -> list[Table]:
     """Return the tables of the analysis, for suites with answers of at least `MIN_MODELS` models.
 
     Args:
@@ -123,7 +125,7 @@ def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader
     return [
         _make_suite_measurement_quality_table(suites),
         _make_abilities_table(suites),
-        _make_flagged_tasks_table(items),
+        _make_table_of_tasks_to_inspect(items),
         items,
     ]
 
@@ -161,7 +163,7 @@ def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | Non
     return _round_to_six_digits(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def estimate_ability_above_mean(scores: SuiteScores, model_index: int) -> Estimate:
+def estimate_model_ability_above_mean(scores: SuiteScores, model_index: int) -> Estimate:
     """Return a model's ability minus the mean of all models, in logits, with its confidence interval.
 
     The variance comes from a first-order jackknife that takes difficulties as exact. The jackknife leaves
@@ -204,7 +206,7 @@ def _find_task_score_flags(task_scores: Matrix, item_rest_correlation: float) ->
         yield "negative"
 
 
-def _map_tasks_to_most_frequent_failed_check(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+def _map_tasks_to_most_frequent_failed_check(answers: Sequence[AnswerTableLine]) -> Mapping[str, str]:
     """Return a mapping from task to the check that fails first for most models.
 
     Unreadable answers do not count.
@@ -271,12 +273,12 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
             cases = [
                 make_task_rate_contribution(line, compute_contribution_to_main_score(line))
                 for line in answers
-                if line.agent == model
+                if line.model_harness_and_effort == model
             ]
             yield (
                 *suite,
                 model,
-                estimate_ability_above_mean(scores, place),
+                estimate_model_ability_above_mean(scores, place),
                 Estimate.from_task_rate_contributions(cases),
             )
 
@@ -288,7 +290,7 @@ _ITEM = (
 
 
 @collect_rows_in_table("flagged", _ITEM)
-def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
+def _make_table_of_tasks_to_inspect(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
     A task is listed for one of three reasons: no model solves it; worse models solve it and better models do

@@ -289,11 +289,11 @@ class _ConditionsSharingQuantifiedParameters(NamedTuple):
     names: frozenset[str]
     parts: tuple[f.Formula, ...]
 
-    def join_conditions_under_exists(self, bound_parameters: Mapping[str, f.Variable]) -> f.Formula:
+    def join_conditions_under_exists(self, variable_by_parameter_name: Mapping[str, f.Variable]) -> f.Formula:
         """Return a formula: there are values of the bound parameters that meet all conditions."""
         formula: f.Formula = f.And(self.parts)
         for name in sorted(self.names):
-            formula = f.Exists(bound_parameters[name], formula)
+            formula = f.Exists(variable_by_parameter_name[name], formula)
         return formula
 
 

@@ -36,7 +36,7 @@ from eai.benchmarks.generator.sets import (
 )
 from eai.benchmarks.registry import find_benchmark, get_title
 from eai.benchmarks.suite import Suite, open_suite
-from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
+from eai.results.answer_files import ZIP, find_suite_files, unpack_answers_if_zipped
 from eai.results.batch import map_unanswered_tasks_to_reason, score_run
 from eai.results.options import ScoringOptions
 from eai.results.page import build_page
@@ -162,7 +162,7 @@ def _unpack_and_check_submission(place: Path) -> Iterator[Path]:
     """Unpack a submission and yield its folder. Raise InputError if it has links or is too large."""
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
-    with unpack_answers(place, (DESCRIPTION, SPECIFICATION)) as folder:
+    with unpack_answers_if_zipped(place, (DESCRIPTION, SPECIFICATION)) as folder:
         described = find_files_below(folder, DESCRIPTION)
         if len(described) != 1:
             raise InputError(f"{place}: expected one {DESCRIPTION} in it, found {len(described)}")

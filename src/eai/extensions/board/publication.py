@@ -68,7 +68,9 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
         run for run in runs if run.key.has_standard_rules_and_no_study and run.key.model in metadata.models
     ]
     rows = group_pairs(
-        ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
+        ((run.key.protocol.value, run.key.name), run)
+        for run in plain
+        if run.coverage.is_complete_enough_for_ranking
     )
     written = {}
     for (protocol, name), suites in rows.items():
@@ -116,12 +118,12 @@ def _make_eval_record(metadata: _PublicationMetadata, runs: Sequence[RunSummary]
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
         "evaluation_results": [
-            result for run in runs for result in _make_results_in_every_eval_ever_schema(metadata, run)
+            result for run in runs for result in _convert_run_to_every_eval_ever_results(metadata, run)
         ],
     }
 
 
-def _make_results_in_every_eval_ever_schema(
+def _convert_run_to_every_eval_ever_results(
     metadata: _PublicationMetadata, run: RunSummary
 ) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""

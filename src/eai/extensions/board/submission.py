@@ -31,7 +31,7 @@ _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def get_identifiers_by_submission_file(
+def get_task_identifiers_by_submission_file(
     store: DataPackStore | None = None, prompts: Path | None = None
 ) -> dict[str, tuple[str, ...]]:
     """Return the names of a submission's files, each with the task identifiers that the file must contain.
@@ -77,7 +77,7 @@ def build_submission(
         model: the model's name in the run; optional if the run has only one model.
         folder: name of a folder in the zip for its files; None to put them at the top of the zip.
         prompts: a folder with the prompts of a phase of the challenge, as for
-            `get_identifiers_by_submission_file`.
+            `get_task_identifiers_by_submission_file`.
 
     Raises:
         InputError: the run has no answers or answers of several models, a name is not the plain name of a
@@ -89,7 +89,7 @@ def build_submission(
             raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
     model = model or _find_name_of_single_model(run, files)
-    expected = get_identifiers_by_submission_file(store, prompts)
+    expected = get_task_identifiers_by_submission_file(store, prompts)
     members = {}
     for domain, ability in _SUITES:
         name = _format_file_name(domain, ability)
@@ -112,13 +112,13 @@ def check_submission(
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
     Task identifiers are accepted with and without the prefix that names their scene. Files may be in a folder
-    of the zip. The expected files and identifiers are those of `get_identifiers_by_submission_file`.
+    of the zip. The expected files and identifiers are those of `get_task_identifiers_by_submission_file`.
 
     Raises:
         InputError: the zip cannot be read.
         DataError: the data set cannot be obtained.
     """
-    expected = get_identifiers_by_submission_file(store, prompts)
+    expected = get_task_identifiers_by_submission_file(store, prompts)
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -138,7 +138,9 @@ def check_submission(
                 else:
                     findings += [
                         DataMistake(file, problem)
-                        for problem in _find_problems(archive, candidates[0], identifiers)
+                        for problem in _describe_errors_of_submission_file(
+                            archive, candidates[0], identifiers
+                        )
                     ]
     except UNREADABLE as error:
         why = error.strerror if isinstance(error, OSError) else error
@@ -146,8 +148,8 @@ def check_submission(
     return findings
 
 
-def _find_problems(
-    archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
+def _describe_errors_of_submission_file(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, required_task_identifiers: Sequence[str]
 ) -> Iterator[str]:
     """Yield the errors of one file in the zip."""
     try:
@@ -163,7 +165,7 @@ def _find_problems(
     if not isinstance(rows, list):
         yield 'is not a list of {"identifier", "llm_output"}'
         return
-    expected = {get_task_id_of_published_id(identifier) for identifier in identifiers}
+    expected = {get_task_id_of_published_id(identifier) for identifier in required_task_identifiers}
     times: Counter[str] = Counter()
     for number, row in enumerate(rows, 1):
         identifier = row.get("identifier") if isinstance(row, dict) else None
@@ -177,7 +179,7 @@ def _find_problems(
         if task_id not in expected:
             yield f"{identifier} is unknown"
         yield from _find_answer_problems(identifier, row)
-    for identifier in identifiers:
+    for identifier in required_task_identifiers:
         if get_task_id_of_published_id(identifier) not in times:
             yield f"{get_task_id_of_published_id(identifier)} is missing"
 

@@ -62,7 +62,7 @@ def _analyze_safety_and_refusals(
     records: StudyRecords, options: _SafetyAndRefusalAnalysisOptions
 ) -> Iterator[Analysis]:
     runs = sorted(records.read_runs(), key=lambda run: run.key.sort_key)
-    shut_last = {} if options.tasks is None else _read_whether_baseline_is_safe(options.tasks)
+    shut_last = {} if options.tasks is None else _read_whether_baseline_avoids_all_hazards(options.tasks)
     tables = [
         table
         for table in (
@@ -80,7 +80,7 @@ def _analyze_safety_and_refusals(
     yield Analysis(tables, screen_tables=[table for table in tables if table.name != "violations"])
 
 
-def _read_whether_baseline_is_safe(task_files: Path) -> Mapping[str, bool]:
+def _read_whether_baseline_avoids_all_hazards(task_files: Path) -> Mapping[str, bool]:
     """Return a mapping from task id to whether a baseline avoids all hazards of the task.
 
     The baseline carries out the shortest plan, then shuts and switches off everything.

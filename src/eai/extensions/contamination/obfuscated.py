@@ -64,7 +64,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
-    for category, stems in _map_categories_to_names_without_number(tasks).items():
+    for category, stems in _map_categories_to_object_name_stems(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
@@ -94,7 +94,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
     return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
 
 
-def _map_categories_to_names_without_number(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+def _map_categories_to_object_name_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from each category, except agents, to its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
@@ -125,7 +125,7 @@ class _ObfuscatedWording(PromptAndAnswerWording):
     english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
-    def _rules_with_predicates_hidden_in_original(self) -> DomainRules:
+    def _domain_rules_showing_hidden_predicates(self) -> DomainRules:
         """The requirements and effects of all actions in formal notation, without English explanations.
 
         They include the predicates that the prompts of the original benchmark do not show.
@@ -143,9 +143,9 @@ class _ObfuscatedWording(PromptAndAnswerWording):
         return DomainRules(told)
 
     @cached_property
-    def _predicates_of_rules(self) -> frozenset[str]:
-        return self._rules_with_predicates_hidden_in_original.find_used_predicates(
-            self._rules_with_predicates_hidden_in_original.operator_names
+    def _predicates_used_in_domain_rules(self) -> frozenset[str]:
+        return self._domain_rules_showing_hidden_predicates.find_used_predicates(
+            self._domain_rules_showing_hidden_predicates.operator_names
         )
 
     def describe_vocabulary(self) -> str:
@@ -164,29 +164,29 @@ class _ObfuscatedWording(PromptAndAnswerWording):
     def describe_operators(self) -> str:
         definitions = [
             _replace_words(self.words, definition)
-            for definition in self._rules_with_predicates_hidden_in_original.write_predicate_definitions()
+            for definition in self._domain_rules_showing_hidden_predicates.write_predicate_definitions()
         ]
         rules = "\n".join(
             [
-                *map(self.describe_operator, self._rules_with_predicates_hidden_in_original.operators),
+                *map(self.describe_operator, self._domain_rules_showing_hidden_predicates.operators),
                 *definitions,
             ]
         )
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def write_operators_heading(self, action_phrase: str) -> str:
-        return f"what {action_phrase} requires and changes"
+    def write_operators_heading(self, phrase_for_one_action: str) -> str:
+        return f"what {phrase_for_one_action} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
         return _replace_words(
-            self.words, self._rules_with_predicates_hidden_in_original.write_operator_rule(operator) or ""
+            self.words, self._domain_rules_showing_hidden_predicates.write_operator_rule(operator) or ""
         )
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [
             p for p in self.domain.vocabulary.predicates if is_unchanging_object_property(p) and not p.visible
         ]
-        hidden = [p.name for p in properties if p.name in self._predicates_of_rules]
+        hidden = [p.name for p in properties if p.name in self._predicates_used_in_domain_rules]
         having = [_replace_words(self.words, name) for name in hidden if task.initial.has(name, index)]
         head, _, known = _replace_words(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
@@ -197,7 +197,7 @@ class _ObfuscatedWording(PromptAndAnswerWording):
         The facts stand one a line below the heading `UNCHANGING`. Prompts of the original benchmark state
         them as English sentences instead.
         """
-        named = self._predicates_of_rules.intersection(self.unchanging)
+        named = self._predicates_used_in_domain_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_unchanging_object_property(p)}
         listed, lines = {*self.list_prompt_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
@@ -273,8 +273,8 @@ class _SubgoalNotationWithSwappedNames(SubgoalNotation):
     def get_domain_for_executing_subgoals(self) -> Domain:
         return self._plain.get_domain_for_executing_subgoals()
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
-        return self._plain.make_formula_lexicon(scene)
+    def make_lexicon_of_names_in_subgoals(self, scene: Scene) -> FormulaNameLexicon:
+        return self._plain.make_lexicon_of_names_in_subgoals(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         return replace(self._plain.read(_restore_words(self._words, text)), spans=())

@@ -58,20 +58,24 @@ def keep_and_weight_tasks_of_shared_strata(
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
-        [_weight_case_and_prefix_task_names(case, "first") for case, stratum in first if stratum in others],
         [
-            _weight_case_and_prefix_task_names(case, "second", sizes[stratum] / others[stratum])
+            _weight_contribution_and_prefix_task_names(case, "first")
+            for case, stratum in first
+            if stratum in others
+        ],
+        [
+            _weight_contribution_and_prefix_task_names(case, "second", sizes[stratum] / others[stratum])
             for case, stratum in second
             if sizes[stratum]
         ],
     )
 
 
-def _weight_case_and_prefix_task_names(
-    case: TaskRateContribution, prefix: str, weight: float = 1
+def _weight_contribution_and_prefix_task_names(
+    contribution: TaskRateContribution, prefix: str, weight: float = 1
 ) -> TaskRateContribution:
-    share = Share(weight * case.share.numerator, weight * case.share.denominator)
-    return TaskRateContribution(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
+    share = Share(weight * contribution.share.numerator, weight * contribution.share.denominator)
+    return TaskRateContribution(f"{prefix} {contribution.task}", f"{prefix} {contribution.name}", share)
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]

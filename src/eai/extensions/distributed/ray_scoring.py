@@ -90,7 +90,7 @@ class RayScoring(Scoring):
             ray.wait([_get_actor(worker).reference_to_wait_for for worker in self._workers])
         return min(running, key=lambda worker: len(worker.pending))
 
-    def _wait_for_workers(self) -> list[WorkerProcess]:
+    def _wait_for_workers_that_sent_or_died(self) -> list[WorkerProcess]:
         """Wait until an actor has a result, dies or begins to run.
 
         Return the actors that have a result or died. The list is empty if an actor only began to run.
@@ -183,7 +183,7 @@ class _ClusterWorker:
         return self._start is None
 
     def send_bytes(self, content: bytes) -> None:
-        self._results.append(self._actor.process_batch.remote(content))
+        self._results.append(self._actor.apply_pickled_function_to_batch.remote(content))
 
     def recv_bytes(self) -> bytes:
         """Return the next result.
@@ -219,6 +219,6 @@ class _BatchActor:
         with suppress(OSError):  # a machine of the cluster may lack the folder
             os.chdir(folder)
 
-    def process_batch(self, content: bytes) -> bytes:
+    def apply_pickled_function_to_batch(self, pickled_function_and_batch: bytes) -> bytes:
         """Apply a pickled function to a pickled batch, and return the pickled results."""
-        return process_pickled_batch(content)
+        return process_pickled_batch(pickled_function_and_batch)

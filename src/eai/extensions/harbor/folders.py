@@ -51,7 +51,7 @@ def _make_shell_command_to_write_answer(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
-def _make_shell_commands_to_play_episode(episode_commands: str) -> str:
+def _convert_episode_commands_to_shell_commands(episode_commands: str) -> str:
     return "\n".join([f"act {quote(command)}" for command in episode_commands.splitlines()])
 
 
@@ -156,12 +156,12 @@ class _HarborFolderMaker:
         """Return the files of a task: content by path relative to the task's folder."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
         values = {
-            **self._make_common_folder_template_values(reference),
+            **self._make_placeholder_values_for_all_folders(reference),
             "slug": slug,
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _make_shell_commands_to_play_episode(solution)
+            "solution": _convert_episode_commands_to_shell_commands(solution)
             if self.are_answers_episodes
             else _make_shell_command_to_write_answer(solution),
             "world": _write_world_server_command(reference, task_id) if self.are_answers_episodes else "",
@@ -178,12 +178,12 @@ class _HarborFolderMaker:
         """Return the files of a container image with some tasks' worlds, by relative path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
         return (
-            _fill_templates(["image", "script"], self._make_common_folder_template_values(reference))
+            _fill_templates(["image", "script"], self._make_placeholder_values_for_all_folders(reference))
             | self.wheels
             | tasks
         )
 
-    def _make_common_folder_template_values(self, benchmark_reference: str) -> dict[str, str]:
+    def _make_placeholder_values_for_all_folders(self, benchmark_reference: str) -> dict[str, str]:
         """Return the values of the placeholders that the templates of all task folders have in common."""
         extra = "[mcp]" if self.are_answers_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]

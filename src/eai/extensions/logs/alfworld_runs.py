@@ -20,7 +20,7 @@ from eai.agents.command import CommandNotation
 from eai.base.errors import InputError
 from eai.base.files import decode_text, number_lines, parse_json
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, validate
 from eai.extensions.logs.replay import replay_steps
 from eai.logic.traversal import find_object_names
@@ -44,9 +44,9 @@ _MAX_TURNS = 49
 
 
 _ENDINGS = {
-    "agent context limit": Ending.STOPPED,
-    "agent invalid action": Ending.TOO_MANY_ERRORS,
-    "task limit reached": Ending.OUT_OF_STEPS,
+    "agent context limit": EpisodeEndReason.STOPPED,
+    "agent invalid action": EpisodeEndReason.TOO_MANY_ERRORS,
+    "task limit reached": EpisodeEndReason.OUT_OF_STEPS,
 }
 _NOT_GRADED = ("agent validation failed", "cancelled", "unknown", "task error")
 """Statuses of AgentBench without a verdict."""
@@ -104,10 +104,10 @@ def _read_agentbench_episode(path: Path, number: int, line: bytes) -> LoggedEpis
     opening = result.init_prompt.partition("AVAILABLE ACTIONS")[0]
     outcome = EpisodeOutcome.WON if result.result else EpisodeOutcome.GOAL_UNMET
     outcome = EpisodeOutcome.NOT_GRADED if status in _NOT_GRADED else outcome
-    ending = Ending.GOAL if result.result else _ENDINGS.get(status, Ending.CANNOT_TELL)
-    if ending is Ending.TOO_MANY_ERRORS and _ends_with_equal_replies(result.log):
-        ending = Ending.STOPPED
-    elif ending is Ending.TOO_MANY_ERRORS:  # the log leaves out a reply without an action
+    ending = EpisodeEndReason.GOAL if result.result else _ENDINGS.get(status, EpisodeEndReason.CANNOT_TELL)
+    if ending is EpisodeEndReason.TOO_MANY_ERRORS and _ends_with_equal_replies(result.log):
+        ending = EpisodeEndReason.STOPPED
+    elif ending is EpisodeEndReason.TOO_MANY_ERRORS:  # the log leaves out a reply without an action
         steps.append(LoggedStep("", False, FaultKind.PARSING))
     return _make_episode(str(episode.index), opening, steps, outcome, ending)
 
@@ -122,7 +122,7 @@ def _make_step(action: str, reply: str) -> LoggedStep:
 
 
 def _make_episode(
-    name: str, opening: str, steps: Sequence[LoggedStep], outcome: EpisodeOutcome, ending: Ending
+    name: str, opening: str, steps: Sequence[LoggedStep], outcome: EpisodeOutcome, ending: EpisodeEndReason
 ) -> LoggedEpisode:
     if outcome is EpisodeOutcome.GOAL_UNMET and not steps:
         outcome = EpisodeOutcome.NOTHING_SUBMITTED
@@ -170,15 +170,15 @@ def _read_episode_text(path: Path, episode: _EpisodeText) -> LoggedEpisode:
     name = episode.name or " ".join(opening.partition(_TASK)[2].split()).rstrip(".")
     turns = _read_turns(path, episode.lines[first:])
     steps = [_make_step(action, reply) for action, reply in turns if not _THOUGHT.match(action)]
-    outcome, ending = EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL
+    outcome, ending = EpisodeOutcome.CANNOT_TELL, EpisodeEndReason.CANNOT_TELL
     if episode.verdict in _WON:
-        outcome, ending = EpisodeOutcome.WON, Ending.GOAL
+        outcome, ending = EpisodeOutcome.WON, EpisodeEndReason.GOAL
     elif episode.verdict in _PARAMETERS_START:
         outcome = EpisodeOutcome.GOAL_UNMET
         if episode.verdict == "FAIL" and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
-            ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
+            ending = EpisodeEndReason.STOPPED  # Reflexion ends an episode after a repeated action
         elif len(turns) >= _MAX_TURNS:
-            ending = Ending.OUT_OF_STEPS
+            ending = EpisodeEndReason.OUT_OF_STEPS
     elif episode.verdict:
         number = episode.lines[-1][0]
         raise InputError(f"{path}, after line {number}: expected STATUS: OK or FAIL, or a score of 0 or 1")

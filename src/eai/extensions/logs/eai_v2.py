@@ -17,13 +17,17 @@ from pydantic import BaseModel, Field
 
 from eai.base.errors import InputError
 from eai.base.files import parse_json
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import Count, LogReader, Share, validate
 
 _KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
 """Regular expressions for JSON keys that a file of EAI v2 has and other JSON files lack."""
 
-_ENDINGS = {None: Ending.BY_AGENT, "AgentTimeoutError": Ending.OUT_OF_TIME, "CancelledError": Ending.STOPPED}
+_ENDINGS = {
+    None: EpisodeEndReason.BY_AGENT,
+    "AgentTimeoutError": EpisodeEndReason.OUT_OF_TIME,
+    "CancelledError": EpisodeEndReason.STOPPED,
+}
 
 _BEHAVIOR = "behavior-1k"
 """Name of the only benchmark whose logs state progress: the share of goal conditions that hold at the end."""
@@ -107,7 +111,7 @@ def _read_trial(path: Path, log: _TrialLog) -> LoggedEpisode:
     words = next((step.text for step in reversed(log.steps) if step.k == "say"), "")
     episode = _make_episode(str(path), log, log.totals, log, log.task, setting)
     if error := log.ended.get("error"):
-        episode = replace(episode, ending=Ending.STOPPED)
+        episode = replace(episode, ending=EpisodeEndReason.STOPPED)
         words = f"{words} Simulator error: {error}"
     return replace(episode, words=words or episode.words)
 
@@ -126,9 +130,9 @@ def _make_episode(
         raise InputError(
             f"{place}: state {trial.state} contradicts the reward: expected the state {expected}"
         )
-    ending = _ENDINGS.get(trial.exception, Ending.CANNOT_TELL)
+    ending = _ENDINGS.get(trial.exception, EpisodeEndReason.CANNOT_TELL)
     if trial.exception is None and trial.reward is None:
-        ending = Ending.CANNOT_TELL
+        ending = EpisodeEndReason.CANNOT_TELL
     progress = trial.progress
     if outcome is EpisodeOutcome.WON:
         progress = 1.0

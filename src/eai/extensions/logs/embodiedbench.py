@@ -16,7 +16,7 @@ from pydantic import BaseModel, RootModel
 
 from eai.base.errors import InputError
 from eai.base.files import number_lines, parse_json
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import Count, LogReader, Share, validate
 from eai.world.fault import FaultKind
 
@@ -97,7 +97,7 @@ def _make_episode_from_trajectory(trajectory: _EpisodeTrajectory) -> LoggedEpiso
         for plan in trajectory.trajectory
         for done in plan.executable_plan
     ]
-    ending = Ending.GOAL if trajectory.success else Ending.CANNOT_TELL
+    ending = EpisodeEndReason.GOAL if trajectory.success else EpisodeEndReason.CANNOT_TELL
     return LoggedEpisode(
         f"{trajectory.instruction} ({trajectory.episode_id})",
         _find_outcome(ending, len(steps)),
@@ -116,7 +116,10 @@ def _read_result(path: Path, content: bytes) -> list[LoggedEpisode]:
         result.task_success, result.num_invalid_actions, result.num_steps, bool(result.empty_plan)
     )
     # if a reply has no known action, EmbodiedBench writes progress 0 without measuring it
-    is_measured = result.task_progress > 0 or ending not in (Ending.BY_AGENT, Ending.TOO_MANY_ERRORS)
+    is_measured = result.task_progress > 0 or ending not in (
+        EpisodeEndReason.BY_AGENT,
+        EpisodeEndReason.TOO_MANY_ERRORS,
+    )
     return [
         LoggedEpisode(
             result.instruction,
@@ -146,7 +149,7 @@ def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpiso
             steps.append(LoggedStep(plan.action_description, False, kind, "", progress))
         elif not is_empty_plan:
             line = validate(_ExecutedStepLogLine, place, value)
-            _check_step(place, line, done)
+            _check_feedback_and_order_of_step_line(place, line, done)
             done.append(line)
             is_done = bool(line.last_action_success)
             name, feedback = line.action_description, line.env_feedback
@@ -154,7 +157,7 @@ def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpiso
     success, count = (done[-1].task_success, done[-1].env_step) if done else (0, 0)
     errors = sum(not step.accepted for step in steps)
     ending = _find_ending(success, errors, count, is_empty_plan)
-    is_known = ending is not Ending.CANNOT_TELL
+    is_known = ending is not EpisodeEndReason.CANNOT_TELL
     return [
         LoggedEpisode(
             done[-1].instruction if done else path.stem,
@@ -167,21 +170,23 @@ def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpiso
     ]
 
 
-def _check_step(
-    place: str, line: _ExecutedStepLogLine, earlier_lines: Sequence[_ExecutedStepLogLine]
+def _check_feedback_and_order_of_step_line(
+    file_and_line: str, line: _ExecutedStepLogLine, earlier_lines: Sequence[_ExecutedStepLogLine]
 ) -> None:
     if bool(line.last_action_success) is line.env_feedback.startswith("Last action is invalid"):
         raise InputError(
-            f"{place}: last_action_success contradicts env_feedback; "
+            f"{file_and_line}: last_action_success contradicts env_feedback; "
             "expected 0 if and only if env_feedback starts with 'Last action is invalid'"
         )
     last_step = earlier_lines[-1].env_step if earlier_lines else None
     if last_step is not None and line.env_step <= last_step:
-        raise InputError(f"{place}: expected env_step greater than {last_step}, found {line.env_step}")
+        raise InputError(
+            f"{file_and_line}: expected env_step greater than {last_step}, found {line.env_step}"
+        )
 
 
-def _find_outcome(ending: Ending, actions: int) -> EpisodeOutcome:
-    if ending is Ending.GOAL:
+def _find_outcome(ending: EpisodeEndReason, actions: int) -> EpisodeOutcome:
+    if ending is EpisodeEndReason.GOAL:
         return EpisodeOutcome.WON
     return EpisodeOutcome.GOAL_UNMET if actions else EpisodeOutcome.NOTHING_SUBMITTED
 
@@ -231,14 +236,14 @@ def _find_error_kind(step_index: int, steps: Sequence[LoggedStep]) -> FaultKind 
     return next((kind for kind, reason in _KINDS.items() if re.search(reason, step.feedback)), None)
 
 
-def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -> Ending:
+def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -> EpisodeEndReason:
     if success:
-        return Ending.GOAL
+        return EpisodeEndReason.GOAL
     if is_empty_plan:
-        return Ending.BY_AGENT
+        return EpisodeEndReason.BY_AGENT
     if errors >= _MAX_ERRORS:
-        return Ending.TOO_MANY_ERRORS
-    return Ending.OUT_OF_STEPS if steps >= _MAX_STEPS else Ending.CANNOT_TELL
+        return EpisodeEndReason.TOO_MANY_ERRORS
+    return EpisodeEndReason.OUT_OF_STEPS if steps >= _MAX_STEPS else EpisodeEndReason.CANNOT_TELL
 
 
 _FORMS = {

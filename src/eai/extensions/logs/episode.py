@@ -29,7 +29,7 @@ class EpisodeOutcome(str, Enum):
     CANNOT_TELL = CANNOT_TELL
 
 
-class Ending(str, Enum):
+class EpisodeEndReason(str, Enum):
     """The reasons why an episode ended. The values are the texts in tables."""
 
     GOAL = "goal reached"
@@ -89,7 +89,7 @@ class LoggedEpisode:
 
     task: str
     outcome: EpisodeOutcome
-    ending: Ending
+    ending: EpisodeEndReason
     steps: tuple[LoggedStep, ...] = ()
     agent: str = ""
     setting: str = ""
@@ -126,6 +126,6 @@ class LoggedEpisode:
         )
 
     @property
-    def most_frequent_action_and_reply_count(self) -> int | None:
+    def max_occurrences_of_action_reply_pair(self) -> int | None:
         """How often the most frequent pair of action and reply occurs; None if there are no steps."""
         return max(Counter((step.action, step.feedback) for step in self.steps).values(), default=None)

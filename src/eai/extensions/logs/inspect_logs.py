@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from eai.agents.tools import ACT, END, convert_tool_call_to_command
 from eai.base.errors import InputError, require_extra
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.episode import EpisodeEndReason, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader
 from eai.extensions.logs.replay import replay_steps
 from eai.tasks.task import Task
@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 _ZIP_NAMES, _JSON_KEYS = (b"header.json", b"_journal/"), (b'"eval"', b'"samples"', b'"version"')
 _FAILED = re.compile(r"(?:Failed|.*: failed) \(([^)]*)\)")
 _DONE, _SLIPPED, _NOT_NEEDED = ": done.", ": nothing happened.", ": not needed: "
-_ENDINGS = {"time": Ending.OUT_OF_TIME, "working": Ending.OUT_OF_TIME, "operator": Ending.STOPPED}
+_ENDINGS = {
+    "time": EpisodeEndReason.OUT_OF_TIME,
+    "working": EpisodeEndReason.OUT_OF_TIME,
+    "operator": EpisodeEndReason.STOPPED,
+}
 _VALUES = {"C": True, "I": False, True: True, False: False}
 
 
@@ -55,9 +59,13 @@ def _read_sample(log: InspectLog, sample: InspectSample) -> LoggedEpisode:
         for call in calls
         if call.function == ACT
     ]
-    ending = Ending.BY_AGENT if any(call.function == END for call in calls) else Ending.CANNOT_TELL
+    ending = (
+        EpisodeEndReason.BY_AGENT
+        if any(call.function == END for call in calls)
+        else EpisodeEndReason.CANNOT_TELL
+    )
     if sample.limit is not None:
-        ending = _ENDINGS.get(sample.limit.type, Ending.OUT_OF_STEPS)
+        ending = _ENDINGS.get(sample.limit.type, EpisodeEndReason.OUT_OF_STEPS)
     usage = [each.total_tokens for each in sample.model_usage.values()]
     told = all(step.kind is not None for step in steps if step.accepted is False)
     known = all(step.accepted is not None for step in steps)

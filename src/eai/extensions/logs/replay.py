@@ -15,7 +15,7 @@ from eai.world.episode import Episode
 from eai.world.fault import FaultKind
 
 
-class _ReplayWorld:
+class _LoggedCommandReplayer:
     """Executes logged commands in the world of a task, and measures how many goal conditions hold."""
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
@@ -32,7 +32,7 @@ class _ReplayWorld:
         outcome = self._world.act(meaning)
         return outcome.kind if isinstance(outcome, Fault) else None
 
-    def measure_progress(self) -> float:
+    def measure_share_of_met_goal_conditions(self) -> float:
         """Return the share of the goal's conditions that hold now."""
         trajectory = self._world.trajectory
         operators = [action.operator for action in trajectory.executed_actions]
@@ -56,19 +56,23 @@ def replay_steps(
         task: the task.
         benchmark: the benchmark of the task.
     """
-    replay, steps = _ReplayWorld(task, benchmark), list[LoggedStep]()
+    replay, steps = _LoggedCommandReplayer(task, benchmark), list[LoggedStep]()
     for step, command in zip(episode.steps, commands, strict=True):
         kind = step.kind if command is None else replay.try_command(command)
         if command is not None and step.accepted not in (None, kind is None):
             break
         accepted = step.accepted if command is None else kind is None
-        steps.append(step._replace(accepted=accepted, kind=kind, progress=replay.measure_progress()))
+        steps.append(
+            step._replace(
+                accepted=accepted, kind=kind, progress=replay.measure_share_of_met_goal_conditions()
+            )
+        )
     done = len(steps)
     if done < len(episode.steps):
         kept = [name for name in episode.unknown if name != "kinds of errors"]
         unknown = (f"a world that agrees with action {done + 1}", *kept)
         return replace(episode, steps=(*steps, *episode.steps[done:]), unknown=unknown)
-    outcome, end = episode.outcome, replay.measure_progress()
+    outcome, end = episode.outcome, replay.measure_share_of_met_goal_conditions()
     if outcome is EpisodeOutcome.CANNOT_TELL:
         outcome = EpisodeOutcome.WON if end == 1 else EpisodeOutcome.GOAL_UNMET
     return replace(episode, steps=tuple(steps), outcome=outcome, progress=end, unknown=())

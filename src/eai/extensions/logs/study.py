@@ -153,7 +153,7 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
                 None if step_of_best_goal_progress is None else step_of_best_goal_progress + 1,
                 _to_percent(episode.progress),
                 *(
-                    episode.most_frequent_action_and_reply_count,
+                    episode.max_occurrences_of_action_reply_pair,
                     episode.seconds,
                     episode.calls,
                     episode.tokens,

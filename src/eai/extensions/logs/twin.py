@@ -15,7 +15,7 @@ from eai.agents.rules import GameRules
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.labels import derive_task_labels_from_goals
-from eai.extensions.logs.episode import Ending, LoggedEpisode
+from eai.extensions.logs.episode import EpisodeEndReason, LoggedEpisode
 from eai.results.table import Row, collect_rows_in_table
 from eai.tasks.task import Task
 
@@ -48,7 +48,7 @@ def make_table_of_benchmark_tasks_named_in_logs(
 
 
 def _format_setting_and_outcome(episode: LoggedEpisode) -> str:
-    is_late = episode.ending is Ending.OUT_OF_TIME
+    is_late = episode.ending is EpisodeEndReason.OUT_OF_TIME
     return f"{episode.setting}: {episode.outcome.value}" + is_late * f" ({episode.ending.value})"
 
 

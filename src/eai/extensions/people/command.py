@@ -128,12 +128,12 @@ def _begin_or_resume_unfinished_episodes(
 ) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
     from eai.agents.play import EpisodeFactory
-    from eai.extensions.people.person import begin_or_resume_episode
+    from eai.extensions.people.person import get_new_or_resumed_episode_and_observations
 
     arena = EpisodeFactory(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
         setup = arena.make_setup(suite.tasks[task_id])
-        play, observations = begin_or_resume_episode(
+        play, observations = get_new_or_resumed_episode_and_observations(
             setup, setting.slip_seed, answers.get_episode_text(task_id)
         )
         if not play.is_over:

@@ -40,8 +40,11 @@ SaveEpisode: TypeAlias = Callable[[RecordedGame], None]
 """Function that saves an episode. It is called after each line that the person enters."""
 
 
-def _run_tasks(
-    first: UnfinishedTask, tasks: Iterator[UnfinishedTask], total: int, save: SaveEpisode
+def _execute_typed_lines_and_yield_pages(
+    first_task: UnfinishedTask,
+    tasks: Iterator[UnfinishedTask],
+    total_task_count: int,
+    save_episode: SaveEpisode,
 ) -> Generator[dict[str, Json], str, None]:
     """Let a person play tasks in a browser, one after the other.
 
@@ -49,30 +52,30 @@ def _run_tasks(
     the end of a task begins the next task.
 
     Args:
-        first: The first task that is not over.
+        first_task: The first task that is not over.
         tasks: The other tasks that are not over.
-        total: Number of all tasks, with those that are over.
-        save: Saves the episode.
+        total_task_count: Number of all tasks, with those that are over.
+        save_episode: Saves the episode.
 
     Raises:
         EaiError: The task cannot be shown in pictures, or the episode cannot be saved.
     """
-    task: UnfinishedTask | None = first
+    task: UnfinishedTask | None = first_task
     while task is not None:
         (number, play, observations), task = task, None
         log = [_make_log_entry(play, turn, text) for turn, text in enumerate(observations)]
-        content = _make_page_content(number, total, play, log)
+        content = _make_page_content(number, total_task_count, play, log)
         while task is None:
             line = yield content
             if line.strip() and not play.is_over:
                 turn = len(play.turns)
                 reply = execute_line(play, line)
-                save(play)
+                save_episode(play)
                 is_turn = len(play.turns) > turn
                 log.append(_make_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])
                 task = next(tasks, None) if play.is_over else None
                 content = {
-                    **_make_page_content(number, total, play, log),
+                    **_make_page_content(number, total_task_count, play, log),
                     "last": play.is_over and task is None,
                 }
         yield content
@@ -170,7 +173,8 @@ class _PlayPageServer(ThreadingHTTPServer):
     """Serves the page on which a person plays tasks.
 
     Attributes:
-        tasks: Generator that takes each command line and yields the page's new content (`_run_tasks`).
+        tasks: Generator that takes each command line and yields the page's new content
+            (`_execute_typed_lines_and_yield_pages`).
         content: Current content of the page.
         lock: Held while `tasks` or `content` is used.
         error: Error that ended the server early, or None.
@@ -206,7 +210,7 @@ def serve_page(
     if first is None:
         return
     try:
-        server = _PlayPageServer(port, _run_tasks(first, tasks, total, save))
+        server = _PlayPageServer(port, _execute_typed_lines_and_yield_pages(first, tasks, total, save))
     except OSError as error:
         raise InputError(
             f"--page {port}: cannot be used ({error.strerror}); give another port, or 0 for any free port"

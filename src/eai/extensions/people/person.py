@@ -42,7 +42,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
 """Regular expression for an action and its objects, with or without brackets."""
 
 
-def begin_or_resume_episode(
+def get_new_or_resumed_episode_and_observations(
     game_setup: GameSetup, seed: int, saved_episode: str = ""
 ) -> tuple[RecordedGame, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.

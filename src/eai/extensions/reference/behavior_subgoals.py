@@ -187,7 +187,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     `reject_wrong_argument_counts_and_names` checks these numbers later.
     """
 
-    def make_formula_lexicon(self, scene: Scene) -> FormulaNameLexicon:
+    def make_lexicon_of_names_in_subgoals(self, scene: Scene) -> FormulaNameLexicon:
         """Return the names of predicates, actions and objects that formulas of subgoals may use.
 
         The names are those in the data set. Parts of objects have no names there.

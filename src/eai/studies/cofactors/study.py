@@ -24,11 +24,11 @@ from eai.results.lines import (
     MEASURES,
     MODEL,
     SUITE,
-    AnswerLine,
     AnswerScoreName,
-    GoalRow,
-    StepLine,
+    AnswerTableLine,
+    PlanStepTableLine,
     SuiteProtocolDomainAndAbility,
+    TaskGoalTableLine,
     TidyTableLine,
     group_by_model,
     group_by_run,
@@ -74,8 +74,8 @@ All of them are numbers, such as the number of steps. The features in `_UNCOMPAR
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
-_AnswersBySuite: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, Sequence[AnswerLine]]
-_ShareGetter: TypeAlias = Callable[[AnswerLine], Share]
+_AnswersBySuite: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, Sequence[AnswerTableLine]]
+_ShareGetter: TypeAlias = Callable[[AnswerTableLine], Share]
 
 _MAX_BINS = 8
 _BIN_SIZES = (1, 2, 5)
@@ -85,7 +85,7 @@ def _compute_logarithm(number: int | None) -> float | None:
     return math.log(number) if number else None
 
 
-REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
+REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerTableLine], float | None]] = {
     f"log {STEPS}": lambda answer: _compute_logarithm(answer.annotated_steps),
     "ground_relation_goals": lambda answer: answer.ground_relation_goals,
     "ground_state_goals": lambda answer: answer.ground_state_goals,
@@ -189,7 +189,7 @@ def _make_correlations_table(suites: _AnswersBySuite, get_share: _ShareGetter) -
             yield from [(*suite, model, *row) for row in _compute_correlation_rows(lines, get_share)]
 
 
-def _compute_correlation_rows(answers: Iterable[AnswerLine], get_share: _ShareGetter) -> Iterator[Row]:
+def _compute_correlation_rows(answers: Iterable[AnswerTableLine], get_share: _ShareGetter) -> Iterator[Row]:
     """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
     scores = {t: fmean(Rate(*get_share(a)).share or 0 for a in lines) for t, lines in tasks.items()}
@@ -216,7 +216,7 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
         yield from [(*suite, *row) for row in fit_feature_effects_on_success(judged)]
 
 
-def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def fit_feature_effects_on_success(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Yield a row for each task feature (`REGRESSION_COLUMNS`) that varies among the counted answers.
 
     A row has the name of the feature, its effect on success without other features, and its effect together
@@ -227,12 +227,12 @@ def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Ro
 
     complete = [a for a in answers if all(value(a) is not None for value in REGRESSION_COLUMNS.values())]
     models = _select_models_with_both_outcomes(complete)
-    rows = [answer for answer in complete if answer.agent in models]
+    rows = [answer for answer in complete if answer.model_harness_and_effort in models]
     if not rows:
         return
     success = np.array([float(bool(row.success)) for row in rows])
     clusters = [row.name for row in rows]
-    dummies = np.array([[float(row.agent == model) for model in models] for row in rows])
+    dummies = np.array([[float(row.model_harness_and_effort == model) for model in models] for row in rows])
     columns = {
         name: np.array([value(row) or 0.0 for row in rows]) for name, value in REGRESSION_COLUMNS.items()
     }
@@ -247,14 +247,14 @@ def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Ro
         yield name, alone[0], whole[number], len(rows), len(set(clusters))
 
 
-def _select_models_with_both_outcomes(answers: Iterable[AnswerLine]) -> list[str]:
+def _select_models_with_both_outcomes(answers: Iterable[AnswerTableLine]) -> list[str]:
     """Return the models that succeed in some tasks and fail in others."""
-    outcomes = group_pairs((answer.agent, bool(answer.success)) for answer in answers)
+    outcomes = group_pairs((answer.model_harness_and_effort, bool(answer.success)) for answer in answers)
     return [model for model, results in outcomes.items() if len({*results}) == 2]
 
 
 @collect_rows_in_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
-def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
+def _make_actions_table(steps: Sequence[PlanStepTableLine]) -> Iterator[Row]:
     """Executed steps by action.
 
     The share of tried steps that were executed. A plan ends with its first failing step. A step that was not
@@ -264,7 +264,7 @@ def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
 
 
 @collect_rows_in_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
-def _make_predicates_table(goals: Sequence[GoalRow]) -> Iterator[Row]:
+def _make_predicates_table(goals: Sequence[TaskGoalTableLine]) -> Iterator[Row]:
     """Reached goals by predicate.
 
     The share of goals with the predicate that are reached; a goal with two predicates counts in both. A plan

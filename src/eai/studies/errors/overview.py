@@ -11,7 +11,7 @@ from eai.abilities.declaration import AnswerOutcome, get_display_name
 from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerTableLine
 from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_flow_band, make_figure
 from eai.results.table import Row, Table, collect_rows_in_table
 
@@ -41,7 +41,7 @@ The hatched part stands for the answers with needless steps.
 @collect_rows_in_table(
     "overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps")
 )
-def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def make_outcome_counts_table(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Outcomes of answers, by benchmark and ability.
 
     Numbers of answers of all models by outcome. `with_additional_steps`: number of these answers with at

@@ -19,8 +19,8 @@ from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
-    AnswerLine,
-    OperatorClauseRow,
+    AnswerTableLine,
+    OperatorClauseTableLine,
     estimate_share_of_each_kind,
     group_by_model,
     group_by_run,
@@ -67,7 +67,7 @@ class _ErrorCategory(NamedTuple):
     detail: str = ""
 
 
-def find_error_category(answer: AnswerLine) -> _ErrorCategory:
+def find_error_category(answer: AnswerTableLine) -> _ErrorCategory:
     """Return the leaf of the paper's taxonomy of errors to which an answer belongs: exactly one."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING:
@@ -85,7 +85,7 @@ def find_error_category(answer: AnswerLine) -> _ErrorCategory:
             return _ErrorCategory(answer.outcome)
 
 
-def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
+def _list_unmet_goal_kinds(answer: AnswerTableLine) -> Iterator[str]:
     for kind in _KINDS:
         met, total = getattr(answer, f"{kind}_met"), getattr(answer, f"{kind}_total")
         if met is not None and met < total:
@@ -93,8 +93,8 @@ def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
 
 
 def make_error_tables(
-    answers: Sequence[AnswerLine],
-    clauses: Sequence[OperatorClauseRow],
+    answers: Sequence[AnswerTableLine],
+    clauses: Sequence[OperatorClauseTableLine],
     *,
     examples: int,
     explorer: str | None,
@@ -121,7 +121,7 @@ def make_error_tables(
 
 
 @collect_rows_in_table("leaves", (*SUITE, MODEL, *_ErrorCategory._fields, "answers"))
-def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_outcomes_table(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
     Each answer belongs to one leaf of the paper's taxonomy: that of the error that ended the answer. Answers
@@ -143,7 +143,7 @@ def _make_category_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
 
 
 @collect_rows_in_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
-def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_failed_checks_table(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
     Runtime errors (affordance, missing step, wrong order) by the precondition that was checked and did not
@@ -159,7 +159,7 @@ def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 
 @collect_rows_in_table("additional", (*SUITE, MODEL, "answers", "steps"))
-def _make_unnecessary_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_unnecessary_steps_table(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Additional steps.
 
     Answers with at least one unnecessary step, in percent, and the number of unnecessary steps. An
@@ -179,7 +179,7 @@ def _make_unnecessary_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row
 
 
 @collect_rows_in_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
-def _make_clauses_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row]:
+def _make_clauses_table(clauses: Sequence[OperatorClauseTableLine]) -> Iterator[Row]:
     """Clauses of operators that are right, wrong or missing.
 
     Clauses (conditions and effects) by side (precondition or effect) and category. matched: right clauses in
@@ -196,7 +196,7 @@ def _make_clauses_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row]:
             yield (*key, *side_and_category, *counts, _estimate_clause_count_ratio_to_gold(of_group))
 
 
-def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseRow]) -> Estimate:
+def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseTableLine]) -> Estimate:
     """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
@@ -209,7 +209,7 @@ def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseRow]) -> 
 @collect_rows_in_table(
     "predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12
 )
-def _make_predicates_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row]:
+def _make_predicates_table(clauses: Sequence[OperatorClauseTableLine]) -> Iterator[Row]:
     """Predicates in wrong and missing clauses of operators.
 
     Clauses (conditions and effects) that answers lack or state wrongly, counted by the predicates in them.
@@ -225,7 +225,9 @@ def _make_predicates_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row
 @collect_rows_in_table(
     "examples", (*SUITE, *_ErrorCategory._fields, "answered_by", "task", "check", "objects")
 )
-def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
+def _make_examples_table(
+    answers: Sequence[AnswerTableLine], number: int, explorer: str | None
+) -> Iterator[Row]:
     """Examples.
 
     The first answers of each kind of error, in the order of the records. `eai explain` shows such an answer
@@ -235,12 +237,19 @@ def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: s
         by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
         for leaf in sorted(by_leaf, key=_make_category_sort_key):
             yield from [
-                (*suite, *leaf, a.agent, _link_task_to_explorer(a, explorer), a.error_check, a.error_objects)
+                (
+                    *suite,
+                    *leaf,
+                    a.model_harness_and_effort,
+                    _link_task_to_explorer(a, explorer),
+                    a.error_check,
+                    a.error_objects,
+                )
                 for a in by_leaf[leaf][:number]
             ]
 
 
-def _link_task_to_explorer(answer: AnswerLine, explorer_address: str | None) -> Cell:
+def _link_task_to_explorer(answer: AnswerTableLine, explorer_address: str | None) -> Cell:
     """Return a task's id with a link to its answer in an explorer. ``explorer/state.js`` reads the link."""
     if explorer_address is None:
         return answer.task
@@ -253,7 +262,7 @@ def _link_task_to_explorer(answer: AnswerLine, explorer_address: str | None) -> 
     (*SUITE, MODEL, "task", "name", *_ErrorCategory._fields, "check", "objects", "step", "annotated_steps"),
     max_shown_rows=0,
 )
-def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def _make_errors_table(answers: Sequence[AnswerTableLine]) -> Iterator[Row]:
     """Every error.
 
     One line for each answer that an error ended: its leaf of the taxonomy, the failed check, the objects, the
@@ -261,7 +270,14 @@ def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """
     for answer in answers:
         if answer.error_kind is not None:
-            key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
+            key = (
+                answer.protocol,
+                answer.domain,
+                answer.ability,
+                answer.model_harness_and_effort,
+                answer.task,
+                answer.name,
+            )
             of_error = (answer.error_check, answer.error_objects, answer.error_step)
             yield (*key, *find_error_category(answer), *of_error, answer.annotated_steps)
 

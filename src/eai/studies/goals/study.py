@@ -12,7 +12,7 @@ from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
-    InterpretedGoalRow,
+    InterpretedGoalTableLine,
     WrongGoalReason,
     estimate_share_of_each_kind,
     group_by_run,
@@ -34,7 +34,7 @@ def _analyze_goals(records: StudyRecords, chosen: Options) -> Iterator[Analysis]
     yield Analysis(tables, _draw_goal_score_figures(tables))
 
 
-def make_goal_tables(atoms: Sequence[InterpretedGoalRow]) -> list[Table]:
+def make_goal_tables(atoms: Sequence[InterpretedGoalTableLine]) -> list[Table]:
     """Return the tables that compare the goals in answers with the goals of tasks."""
     return [
         _make_predicates_table(atoms),
@@ -47,7 +47,7 @@ def make_goal_tables(atoms: Sequence[InterpretedGoalRow]) -> list[Table]:
 @collect_rows_in_table(
     "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
 )
-def _make_predicates_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
+def _make_predicates_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Goals by predicate.
 
     Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
@@ -63,7 +63,7 @@ def _make_predicates_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]
             yield (*key, name, *(counts[v] for v in _VERDICTS), *_estimate_precision_and_recall(of_name))
 
 
-def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalRow]) -> tuple[Estimate, Estimate]:
+def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalTableLine]) -> tuple[Estimate, Estimate]:
     return (
         Estimate.from_task_rate_contributions(
             [_score_goal_as_matched_or_not(line) for line in lines if line.verdict != MISSING]
@@ -74,12 +74,12 @@ def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalRow]) -> tuple
     )
 
 
-def _score_goal_as_matched_or_not(line: InterpretedGoalRow) -> TaskRateContribution:
+def _score_goal_as_matched_or_not(line: InterpretedGoalTableLine) -> TaskRateContribution:
     return make_task_rate_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
 @collect_rows_in_table("reasons", (*SUITE, MODEL, "reason", "share"))
-def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
+def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
@@ -96,7 +96,7 @@ def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalRow]) -> Itera
 @collect_rows_in_table(
     "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
 )
-def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
+def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Wrong goals, the most frequent first.
 
     Wrong goals (stated in answers, but no goals of the task), counted by predicate or action and by reason.
@@ -113,14 +113,14 @@ def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _make_model_counts_by_goal_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
+def _make_model_counts_by_goal_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
     For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,
     of all models with answers in the suite. Goals that most models miss or make up come first.
     """
     for suite, lines in group_by_suite(atoms).items():
-        models = len({line.agent for line in lines})
+        models = len({line.model_harness_and_effort for line in lines})
         rows = sorted(
             _count_models_right_wrong_missing_by_goal(lines),
             key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]),
@@ -129,10 +129,12 @@ def _make_model_counts_by_goal_table(atoms: Sequence[InterpretedGoalRow]) -> Ite
 
 
 def _count_models_right_wrong_missing_by_goal(
-    lines: Sequence[InterpretedGoalRow],
+    lines: Sequence[InterpretedGoalTableLine],
 ) -> Iterator[tuple[str, str, int, int, int]]:
     """Yield for each goal: task, goal, and how many models state it rightly, state it wrongly or miss it."""
-    by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
+    by_goal = group_pairs(
+        ((line.task, line.atom), (line.verdict, line.model_harness_and_effort)) for line in lines
+    )
     for (task, goal), pairs in by_goal.items():
         right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)
         yield task, goal, right, wrong, missing

@@ -303,7 +303,7 @@ def summarize_stated_goals(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
-        beliefs = beliefs.copy_scenes_with_goals_from(
+        beliefs = beliefs.combine_own_scenes_with_goals_of(
             add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite)
         )
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})

@@ -403,7 +403,12 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
 def _draw_metric_by_prompt_and_model_figures(metric_table: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
     figure = draw_rate_matrix(
-        metric_table.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
+        metric_table.row_dicts(),
+        ("prompt",),
+        "value",
+        label,
+        other_axis_column="answered_by",
+        shows_zero_rates=True,
     )
     if figure is not None:
         add_title(figure, suite.replace("-", ", "))
@@ -411,7 +416,9 @@ def _draw_metric_by_prompt_and_model_figures(metric_table: Table, metric: str, s
     models = list(dict.fromkeys(str(row["answered_by"]) for row in metric_table.row_dicts()))
     for model in models if len(models) > 1 else ():
         ordered = sort_prompt_rows(metric_table, model)
-        figure = draw_rate_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
+        figure = draw_rate_matrix(
+            ordered, ("prompt",), "value", label, other_axis_column="answered_by", shows_zero_rates=True
+        )
         if figure is not None:
             add_title(figure, f"{suite.replace('-', ', ')}: best prompts of {clip_label(model)} first")
         yield f"prompts-by-{to_file_name(model)}", figure

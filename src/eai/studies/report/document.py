@@ -53,7 +53,7 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         for item in runs
         if item.key.protocol.value == setting.protocol
         and item.key.model in map_files_to_paper_models()
-        and item.coverage.is_ranked
+        and item.coverage.is_complete_enough_for_ranking
     ]
     by_table = group_pairs(
         ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)

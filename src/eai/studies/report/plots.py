@@ -289,7 +289,7 @@ def _draw_rate_matrix_of_models(models: Mapping[str, Mapping[str, Rate]], rate_l
         for model, rates in models.items():
             rate = rates.get(name, NOTHING)
             rows.append({"name": name, MODEL: model, "share": Estimate.from_rate(rate)})
-    return plots.draw_rate_matrix(rows, ("name",), "share", rate_label, zeros=True)
+    return plots.draw_rate_matrix(rows, ("name",), "share", rate_label, shows_zero_rates=True)
 
 
 def _select_most_frequent_names(columns: Sequence[Mapping[str, Rate]]) -> list[str]:

@@ -28,7 +28,7 @@ from eai.results.certainty import (
     TaskRateContributions,
     compute_intervals_of_weighted_mean,
 )
-from eai.results.coverage import TaskCoverage, combine_coverage
+from eai.results.coverage import TaskCoverageByAnswers, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, ScoresOfPublishedAnswers
 from eai.results.rate import Rate
 from eai.results.summary import (
@@ -61,12 +61,12 @@ class RankedScore(Estimate):
 
     certainty: ConfidenceIntervals | None = None
     texts: tuple[str, ...] = ()
-    coverage: TaskCoverage | None = None
+    coverage: TaskCoverageByAnswers | None = None
 
     @property
     def may_be_ranked(self) -> bool:
         """Whether the number may be compared with other rows, because enough tasks are answered."""
-        return self.coverage is None or self.coverage.is_ranked
+        return self.coverage is None or self.coverage.is_complete_enough_for_ranking
 
 
 RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
@@ -96,7 +96,7 @@ class RankedModel:
     model: str
     source: RowSource
     scores: Mapping[MetricColumn, RankedScore]
-    coverage: TaskCoverage | None = None
+    coverage: TaskCoverageByAnswers | None = None
     notes: tuple[str, ...] = ()
     rank: int | None = None
     harness: str = ""
@@ -106,9 +106,12 @@ class RankedModel:
     def may_be_ranked(self) -> bool:
         """Whether the row may have a rank, and its numbers may be marked as the best.
 
-        Rows of null models may not, nor rows of runs that are not ranked (`TaskCoverage.is_ranked`).
+        Rows of null models may not, nor rows of runs that are not ranked
+        (`TaskCoverageByAnswers.is_complete_enough_for_ranking`).
         """
-        return self.source != "floor" and (self.coverage is None or self.coverage.is_ranked)
+        return self.source != "floor" and (
+            self.coverage is None or self.coverage.is_complete_enough_for_ranking
+        )
 
     @property
     def all_notes(self) -> list[str]:
@@ -365,7 +368,7 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, ScoresByMetric
 def _average_scores_over_abilities(
     scores: ScoresByMetric,
     cases: Mapping[AbilityMetric, TaskRateContributions],
-    coverage: TaskCoverage | None,
+    coverage: TaskCoverageByAnswers | None,
 ) -> RankedScore:
     percents = _get_percents(scores)
     percent = compute_average_performance(percents)
@@ -380,7 +383,7 @@ def _average_scores_over_abilities(
 def _make_score(
     percent: float | None,
     certainty: ConfidenceIntervals | None,
-    coverage: TaskCoverage | None,
+    coverage: TaskCoverageByAnswers | None,
     rate: Rate | None = None,
 ) -> RankedScore:
     low, high = (None, None) if certainty is None else certainty.interval

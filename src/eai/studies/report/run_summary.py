@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
 from eai.results.certainty import ConfidenceIntervals, TaskRateContributions, compute_rate_intervals
-from eai.results.cost import Spending, group_contributions_by_cost_unit, sum_spending
-from eai.results.coverage import TaskCoverage, TasksChangedByErrata
+from eai.results.cost import Spending, group_costs_and_successes_by_cost_unit, sum_spending
+from eai.results.coverage import TaskCoverageByAnswers, TasksChangedByErrata
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
 from eai.results.summary import AnswerBreakdown, break_down_records, make_contributions_by_metric
@@ -32,12 +32,13 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> numerator and denominator that each task adds.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.group_contributions_by_cost_unit`).
+        per_success: effort and success of each answer
+            (`eai.results.cost.group_costs_and_successes_by_cost_unit`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
     key: RunKey
-    coverage: TaskCoverage
+    coverage: TaskCoverageByAnswers
     excluded: Mapping[str, int]
     repaired: int
     planners: tuple[str, ...]
@@ -84,7 +85,7 @@ def summarize_run(run: Run) -> RunSummary:
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        group_contributions_by_cost_unit(run.records),
+        group_costs_and_successes_by_cost_unit(run.records),
         sum(record.task is None for record in run.records),
         break_down_records(run.records, key.ability),
     )

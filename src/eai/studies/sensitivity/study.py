@@ -326,11 +326,11 @@ def _draw_operator_figures(tables: Sequence[Table], replaced_parts: Sequence[Rep
             of_part = [row for row in rows if row["replaced"] == replaced]
             label = f"percent solved with the model's {replaced}"
             shown = [row for row in of_part if row["category"] == OVERALL]
-            models = draw_rate_matrix(shown, ("operator",), "solved", label, zeros=True)
+            models = draw_rate_matrix(shown, ("operator",), "solved", label, shows_zero_rates=True)
             yield add_title_and_file_name_to_suite_figure(suite, replaced, models)
             shown = [row for row in of_part if row["model"] == of_part[0]["model"]]
             categories = draw_rate_matrix(
-                shown, ("operator",), "solved", label, across="category", zeros=True
+                shown, ("operator",), "solved", label, other_axis_column="category", shows_zero_rates=True
             )
             yield add_title_and_file_name_to_suite_figure(suite, f"{replaced}-categories", categories)
 
