@@ -47,9 +47,9 @@ def test_an_experiment_lists_its_studies_and_has_a_label(varied: Experiment, nam
 
 
 def test_a_run_with_only_harness_and_effort_is_plain() -> None:
-    assert Experiment(harness="react", effort="high").has_standard_rules_and_no_study
-    assert not experiment(harness="react", prompt_name="short").has_standard_rules_and_no_study
-    assert not Experiment(harness="react", rules="until-goal").has_standard_rules_and_no_study
+    assert Experiment(harness="react", effort="high").has_standard_rules_and_no_study_options
+    assert not experiment(harness="react", prompt_name="short").has_standard_rules_and_no_study_options
+    assert not Experiment(harness="react", rules="until-goal").has_standard_rules_and_no_study_options
 
 
 def test_two_experiments_combine_their_choices() -> None:

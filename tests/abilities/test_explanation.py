@@ -128,17 +128,17 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))
     reports = report_goal_parts(Then((closed, near, opened)), course)
-    assert [part.time_first_met_in_words for part in reports] == [
+    assert [part.first_met_time_text for part in reports] == [
         "at the start",
         "after step 2",
         "after step 4",
     ]
     reports = report_goal_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
-    assert [part.time_first_met_in_words for part in reports] == ["after step 2", "", ""], (
+    assert [part.first_met_time_text for part in reports] == ["after step 2", "", ""], (
         "it is opened in the state of part 1"
     )
     reports = report_goal_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
-    assert [part.time_first_met_in_words for part in reports] == ["at the start", "at step 4", "after step 4"]
+    assert [part.first_met_time_text for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
 def test_steps_after_a_slip_are_reported_with_their_changes() -> None:

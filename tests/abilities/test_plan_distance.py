@@ -13,7 +13,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plans import JsonPlanNotation
-from eai.abilities.plan_distance import NOT_TRIED, StepLabeler, make_step_distance_labeler
+from eai.abilities.plan_distance import NOT_TRIED, StepLabeler, make_labeler_of_step_distances_to_goals
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.goal_test import GoalTest, find_remaining_goals
 from eai.tasks.task import Task
@@ -34,7 +34,7 @@ TASKS = [eai.make_task(f"{n}", "Do it.", toy.initial(), *g, domain=toy.DOMAIN) f
 
 
 def labeler(task: Task, limit: int = MOST) -> StepLabeler:
-    return make_step_distance_labeler(
+    return make_labeler_of_step_distances_to_goals(
         ActionSequencingScorer(task, toy.DOMAIN, JsonPlanNotation()).repairer, limit
     )
 

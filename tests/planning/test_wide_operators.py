@@ -107,7 +107,7 @@ def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:
 
 def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
-    wanted = OperatorIndex(wide.domain).find_achieving_actions(
+    wanted = OperatorIndex(wide.domain).map_achieving_actions_to_literals(
         [GroundAtom("r", (1,), True)], task.scene, task.relevant
     )
     assert len(wanted) == MAX_LISTED_ACTIONS

@@ -16,8 +16,8 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
+    OperatorComparisonStatus,
     OperatorReport,
-    OperatorStatus,
     OperatorVerdict,
     find_predicates_and_their_categories,
 )
@@ -130,7 +130,7 @@ def test_operators_are_broken_down_by_f1() -> None:
         ("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",)
     )
     verdict = OperatorVerdict(
-        operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
+        operators=(OperatorReport("open", OperatorComparisonStatus.COMPARED, side),),
         clauses={
             part: find_predicates_and_their_categories(part, {})
             for part in (*side.matched, *side.additional, *side.missing)

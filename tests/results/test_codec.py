@@ -14,7 +14,11 @@ from eai.abilities.explanation import AtomOrAction, GoalPartReport, GoalReport, 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import (
+    OperatorComparisonStatus,
+    OperatorReport,
+    OperatorVerdict,
+)
 from eai.abilities.verdict import (
     AnswerSpan,
     AnswerSpanKind,
@@ -68,7 +72,7 @@ OPERATORS = OperatorVerdict(
     operators=(
         OperatorReport(
             "open",
-            OperatorStatus.COMPARED,
+            OperatorComparisonStatus.COMPARED,
             SIDE,
             offences=(PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "near", "precondition"),),
         ),

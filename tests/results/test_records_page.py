@@ -24,7 +24,7 @@ from eai.abilities.replanning_options import (
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorReport
 from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import record_from_json, record_to_json
@@ -71,7 +71,7 @@ def test_every_field_is_on_the_page() -> None:
 @pytest.mark.parametrize(
     "kind",
     [
-        *(PAPER_ABILITIES, FaultKind, SubgoalAnswerCategory, PlannerOutcome, OperatorStatus),
+        *(PAPER_ABILITIES, FaultKind, SubgoalAnswerCategory, PlannerOutcome, OperatorComparisonStatus),
         *map(get_args, (AttemptStart, FeedbackLevel, FeedbackForm, Notice, EndCondition)),
     ],
 )

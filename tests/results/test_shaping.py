@@ -8,7 +8,11 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import (
+    OperatorComparisonStatus,
+    OperatorReport,
+    OperatorVerdict,
+)
 from eai.abilities.verdict import (
     ConfusionCounts,
     ErrorReport,
@@ -264,17 +268,21 @@ def written(
 
 
 def compared(*offences: PddlViolationKind) -> OperatorReport:
-    return _operator(OperatorStatus.COMPARED, *offences)
+    return _operator(OperatorComparisonStatus.COMPARED, *offences)
 
 
-def _operator(status: OperatorStatus, *offences: PddlViolationKind) -> OperatorReport:
+def _operator(status: OperatorComparisonStatus, *offences: PddlViolationKind) -> OperatorReport:
     findings = tuple([PddlFinding(offence, "x", "its effect") for offence in offences])
     return OperatorReport("open", status, ClauseComparison(), ClauseComparison(), findings)
 
 
 MISSING, UNREADABLE, HALLUCINATED = (
     _operator(status)
-    for status in (OperatorStatus.MISSING, OperatorStatus.UNREADABLE, OperatorStatus.HALLUCINATED)
+    for status in (
+        OperatorComparisonStatus.MISSING,
+        OperatorComparisonStatus.UNREADABLE,
+        OperatorComparisonStatus.HALLUCINATED,
+    )
 )
 
 
@@ -321,7 +329,7 @@ MISSING, UNREADABLE, HALLUCINATED = (
             id="two offences",
         ),
         pytest.param(
-            written(_operator(OperatorStatus.HALLUCINATED, PddlViolationKind.WRONG_ARITY)),
+            written(_operator(OperatorComparisonStatus.HALLUCINATED, PddlViolationKind.WRONG_ARITY)),
             (0, 1, 1, 1 / 2),
             id="what was not asked for is one fault, whatever is wrong with it",
         ),

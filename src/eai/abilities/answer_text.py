@@ -319,11 +319,14 @@ class _AnswerReader(Generic[T]):
     def _report_missing_value(self) -> Unreadable:
         if self.thoughts and not self.thoughts[-1].is_finished:
             return self._report_unfinished_thought()
-        return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
+        return Unreadable(
+            f"there is no {self.form.description}", spans=self._classify_spans_of_answer_text([])
+        )
 
     def _report_unfinished_thought(self) -> Unreadable:
         return Unreadable(
-            "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
+            "the reasoning is never closed, so that there is no answer",
+            spans=self._classify_spans_of_answer_text([]),
         )
 
     def _has_answer_json_in_unfinished_reasoning(self) -> bool:
@@ -380,7 +383,7 @@ class _AnswerReader(Generic[T]):
         else:
             flaw = self.form.flaw(result.value)
         reason = f"there is no {self.form.description}" + (f": {flaw}" if flaw else "")
-        return Unreadable(reason, spans=self._make_spans([], unread_text=bracketed_text))
+        return Unreadable(reason, spans=self._classify_spans_of_answer_text([], unread_text=bracketed_text))
 
     def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
         """Return the value that counts as the answer, or the reason why no value does.
@@ -469,7 +472,7 @@ class _AnswerReader(Generic[T]):
         reason = f"{position}: {quoted!r} looks like a part of the answer and stands outside"
         return Unreadable(
             f"there is no whole {self.form.description}: {reason}",
-            spans=self._make_spans([], unread_text=unread_text),
+            spans=self._classify_spans_of_answer_text([], unread_text=unread_text),
         )
 
     def _make_parsed_answer(
@@ -489,9 +492,9 @@ class _AnswerReader(Generic[T]):
             around = ("prose", *around)
         made = [repair for value in answer_values for repair in value.repairs]
         names = tuple(dict.fromkeys([*self.removed, *around, *repairs, *made]))
-        return ParsedAnswer(meaning, names, self._make_spans(answer_values))
+        return ParsedAnswer(meaning, names, self._classify_spans_of_answer_text(answer_values))
 
-    def _make_spans(
+    def _classify_spans_of_answer_text(
         self, answer_values: Sequence[_ValueInText[T]], unread_text: _BracketedText | None = None
     ) -> tuple[AnswerSpan, ...]:
         """Return the parts of the answer's text, each with its treatment (`AnswerSpanKind`), in order.

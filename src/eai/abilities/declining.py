@@ -63,7 +63,7 @@ def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str |
     return None
 
 
-def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
+def write_agent_command_refusing_task(task: Task, notation: PlanNotation) -> str | None:
     """Return the command that refuses an impossible task, or None if the task is not impossible.
 
     The command names the facts whose absence makes the task impossible.
@@ -74,7 +74,7 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
     return None
 
 
-def list_commands_that_decline_task(task: Task) -> list[str]:
+def list_agent_commands_declining_task(task: Task) -> list[str]:
     """Return a list with the command that declines a task; an empty list if no answer may decline it."""
     words = {ImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
@@ -112,7 +112,7 @@ def is_clarification_question(command: str) -> bool:
     return _begins_with(ASK, command)
 
 
-def read_refusal_command(command: str) -> str | None:
+def read_reason_from_refusal_command(command: str) -> str | None:
     """Return the reason in a command such as ``IMPOSSIBLE(no stove works)``, or None for another command."""
     if not _begins_with(REFUSE, command):
         return None

@@ -128,7 +128,7 @@ class Experiment:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))
 
     @property
-    def has_standard_rules_and_no_study(self) -> bool:
+    def has_standard_rules_and_no_study_options(self) -> bool:
         """Whether the run has the standard game rules and no options of a study.
 
         Only such runs are ranked.

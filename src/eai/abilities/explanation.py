@@ -126,7 +126,7 @@ class GoalPartReport:
     met_at: int | None = None
 
     @property
-    def time_first_met_in_words(self) -> str:
+    def first_met_time_text(self) -> str:
         """The time at which this part of the goal was first met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"

@@ -43,11 +43,11 @@ class _DistanceBounds(NamedTuple):
     at_most: float
 
     @property
-    def exact_distance(self) -> int | None:
+    def exact_distance_to_goals(self) -> int | None:
         return int(self.at_least) if self.at_least == self.at_most else None
 
 
-class _StepWithDistance(NamedTuple):
+class _StepWithDistanceToGoals(NamedTuple):
     """The label of one step.
 
     Attributes:
@@ -64,14 +64,16 @@ class _StepWithDistance(NamedTuple):
     change: int | None
 
 
-StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepWithDistance, ...]]]
+StepLabeler: TypeAlias = Callable[
+    [Sequence[Action]], tuple["int | None", tuple[_StepWithDistanceToGoals, ...]]
+]
 """Function from a plan to a pair: the distance of its initial state from the goal, and its labelled steps.
 
 The distance is the number of actions in a shortest plan to the goal, or None if it is unknown.
 """
 
 
-def make_step_distance_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
+def make_labeler_of_step_distances_to_goals(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
     """Return a function that labels the steps of plans for one task: with outcomes and distances to the goal.
 
     Shortest plans may use the objects of the task and of the labelled plan. Distances of states are cached.
@@ -94,7 +96,7 @@ class _StepDistanceMeasurer:
 
     def measure_distances_to_goal(
         self, actions: Sequence[Action]
-    ) -> tuple[int | None, tuple[_StepWithDistance, ...]]:
+    ) -> tuple[int | None, tuple[_StepWithDistanceToGoals, ...]]:
         trajectory = execute_plan(self._domain, self._task.initial, actions)
         named = {index for action in actions for index in action.arguments}
         objects = tuple(dict.fromkeys([*self._task.planning_object_indices, *sorted(named)]))
@@ -103,28 +105,30 @@ class _StepDistanceMeasurer:
         for number, state in reversed([*enumerate(trajectory.states)]):
             goals = find_remaining_goals(self._task, executed[:number])
             bounds[number] = self._find_distance_bounds(state, goals, objects)
-            unknown = 0 if bounds[number].exact_distance is not None else unknown + 1
+            unknown = 0 if bounds[number].exact_distance_to_goals is not None else unknown + 1
             if unknown == _MAX_SUCCESSIVE_UNKNOWN_DISTANCES:
                 break
-        distances = [distance.exact_distance for distance in _tighten_distance_bounds(bounds)]
-        return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))
+        distances = [distance.exact_distance_to_goals for distance in _tighten_distance_bounds(bounds)]
+        return distances[0], tuple(
+            self._label_steps_with_distances_to_goals(actions, trajectory.steps, distances)
+        )
 
-    def _label_steps(
-        self, actions: Sequence[Action], steps: Sequence[Step], distances: Sequence[int | None]
-    ) -> Iterator[_StepWithDistance]:
+    def _label_steps_with_distances_to_goals(
+        self, actions: Sequence[Action], tried_steps: Sequence[Step], distances: Sequence[int | None]
+    ) -> Iterator[_StepWithDistanceToGoals]:
         number = 0
         for place, action in enumerate(actions):
             text, before = action_text(action, self._task.scene), distances[number]
-            if place >= len(steps):
-                yield _StepWithDistance(text, NOT_TRIED, None, None)
-            elif steps[place].is_executed:
+            if place >= len(tried_steps):
+                yield _StepWithDistanceToGoals(text, NOT_TRIED, None, None)
+            elif tried_steps[place].is_executed:
                 number += 1
                 after = distances[number]
                 change = None if before is None or after is None else after - before
-                yield _StepWithDistance(text, EXECUTED, after, change)
+                yield _StepWithDistanceToGoals(text, EXECUTED, after, change)
             else:
-                fault = steps[place].fault
-                yield _StepWithDistance(text, SLIP if fault is None else fault.kind.value, before, 0)
+                fault = tried_steps[place].fault
+                yield _StepWithDistanceToGoals(text, SLIP if fault is None else fault.kind.value, before, 0)
 
     def _find_distance_bounds(
         self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]

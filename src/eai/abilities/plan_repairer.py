@@ -103,7 +103,7 @@ class PlanRepairer:
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
             return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
-        told = tuple([self._convert_plan_edit(edit, plan, steps) for edit in edits])
+        told = tuple([self._convert_plan_edit_to_readable_edit(edit, plan, steps) for edit in edits])
         return SmallestPlanRepair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
@@ -202,7 +202,7 @@ class PlanRepairer:
             )
 
         singles = sorted(single_edits, key=make_edit_sort_key)
-        told = [self._convert_plan_edit(edit, plan, steps) for edit in singles]
+        told = [self._convert_plan_edit_to_readable_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = classify_and_locate_fault(told)
         return SmallestPlanRepair(
@@ -239,7 +239,9 @@ class PlanRepairer:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
-    def _convert_plan_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
+    def _convert_plan_edit_to_readable_edit(
+        self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps
+    ) -> Edit:
         kind = self._classify_edit(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(

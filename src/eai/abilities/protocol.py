@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
 
 
-_NAME_CACHE: dict[tuple[type[_AbilityOrProtocolName], str], _AbilityOrProtocolName] = {}
+_NAME_CACHE: dict[tuple[type[_InternedAbilityOrProtocolName], str], _InternedAbilityOrProtocolName] = {}
 """Cache of name objects, so that equal names are the same object."""
 
 
-class _AbilityOrProtocolName(str):
+class _InternedAbilityOrProtocolName(str):
     """The name of a registered ability (kind of question) or protocol (rules for scoring).
 
     There is only one object for each name, so that programs can compare names by identity.
@@ -62,7 +62,7 @@ class _AbilityOrProtocolName(str):
         from pydantic_core import PydanticCustomError, core_schema
 
         @cache
-        def validate_registered_name(name: str) -> _AbilityOrProtocolName:
+        def validate_registered_name(name: str) -> _InternedAbilityOrProtocolName:
             if name not in cls.list_names():
                 names = " or ".join(map(repr, map(str, cls.list_names())))
                 raise PydanticCustomError(
@@ -75,7 +75,7 @@ class _AbilityOrProtocolName(str):
         )
 
 
-class Protocol(_AbilityOrProtocolName):
+class Protocol(_InternedAbilityOrProtocolName):
     """The name of a protocol: a versioned set of rules for scoring.
 
     `STRICT` follows the paper and corrects the defects of its reference package. Other protocols are
@@ -111,7 +111,7 @@ def find_protocol_entry_points() -> Mapping[str, EntryPoint]:
     return get_entry_points(PROTOCOL_GROUP)
 
 
-class Ability(_AbilityOrProtocolName):
+class Ability(_InternedAbilityOrProtocolName):
     """The name of an ability: a kind of question, such as action sequencing.
 
     An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under this name. It contains the

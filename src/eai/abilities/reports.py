@@ -47,10 +47,10 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
             undone = _describe_failed_effects(domain, action, before, before) if tries else ""
             reason = undone or _describe_fault(fault.check, domain, action, before)
             earlier = _describe_when_condition_held(fault, trajectory, carried_out, task.scene)
-            text, call = action_text(action, task.scene), to_atom_or_action(action, task.scene)
+            text, call = action_text(action, task.scene), to_action_with_object_names(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
-            call = to_atom_or_action(action, task.scene)
+            call = to_action_with_object_names(action, task.scene)
             reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED, call=call))
         else:
             carried_out.append(number)
@@ -134,7 +134,7 @@ def _report_executed_action(
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
-        call=to_atom_or_action(action, fact_filter.scene),
+        call=to_action_with_object_names(action, fact_filter.scene),
     )
 
 
@@ -187,7 +187,7 @@ def _describe_when_condition_held(
     return f"what it lacks held after step {number + 1}, {action}"
 
 
-def to_atom_or_action(action: Action, scene: Scene) -> AtomOrAction:
+def to_action_with_object_names(action: Action, scene: Scene) -> AtomOrAction:
     """Return an action on objects as a `AtomOrAction`: its operator and the names of its objects."""
     return AtomOrAction(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 

@@ -289,7 +289,7 @@ class Verdict:
         return None
 
     @property
-    def outcome_of_second_planner(self) -> str | None:
+    def outcome_of_fallback_planner(self) -> str | None:
         """Outcome of the second planner; None if the first planner gave the result, or if no planner ran."""
         return None
 

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
-from eai.abilities.declining import ASK, REFUSE, is_clarification_question, read_refusal_command
+from eai.abilities.declining import ASK, REFUSE, is_clarification_question, read_reason_from_refusal_command
 from eai.abilities.scorer import describe_exception
 from eai.abilities.verdict import (
     ErrorReport,
@@ -263,7 +263,7 @@ class Game:
         ):
             return self._answer_agents_question(special.fits[0])
         if isinstance(special, ImpossibleTaskMark) and REFUSE not in operators:
-            self.refused = read_refusal_command(
+            self.refused = read_reason_from_refusal_command(
                 self.setup.benchmark.notation.plans.replace_answer_words_by_domain_names(text)
             )
             if self.refused is not None:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.abilities.declining import write_refusal_command
+from eai.abilities.declining import write_agent_command_refusing_task
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
@@ -88,7 +88,7 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
         InputError: a plan that the task records does not reach the goals.
     """
     task = setup.task
-    refusal = write_refusal_command(task, setup.benchmark.notation.plans)
+    refusal = write_agent_command_refusing_task(task, setup.benchmark.notation.plans)
     if refusal is not None:
         return ReferenceSolution(None, (refusal,))
     if task.shortest_plan and not solves_task(setup.domain, task, task.shortest_plan):

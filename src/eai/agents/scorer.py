@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 from eai.abilities.declaration import DomainAndNotation, QuestionAndAnswer
 from eai.abilities.explanation import EXECUTED, SLIP, AtomOrAction, StepReport, VerdictExplanation
-from eai.abilities.reports import report_goals, to_atom_or_action
+from eai.abilities.reports import report_goals, to_action_with_object_names
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
@@ -276,7 +276,7 @@ def _make_step_report(turn: EpisodeTurn, game: Game) -> StepReport:
         removed=tuple([fact(changed_fact) for sign, changed_fact in game.memory.changes if sign == "-"]),
         call=AtomOrAction(turn.said, None)
         if game.action is None
-        else to_atom_or_action(game.action, game.task.scene),
+        else to_action_with_object_names(game.action, game.task.scene),
     )
 
 

@@ -421,7 +421,7 @@ def _merge_texts_of_symmetric_facts(fact_texts: Sequence[str]) -> list[str]:
 
 def _print_goal_part(console: Console, part: GoalPartReport, missing_label: str) -> None:
     if part.met_after is not None:
-        console.print(Text(f"  ✓ {part.part}  {part.time_first_met_in_words}", style="green"))
+        console.print(Text(f"  ✓ {part.part}  {part.first_met_time_text}", style="green"))
     else:
         lacking = (
             f"  {missing_label}: {', '.join(part.missing)}" if part.missing else "  was to come after that"

@@ -69,12 +69,12 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def has_standard_rules_and_no_study(self) -> bool:
+    def has_standard_rules_and_no_study_options(self) -> bool:
         """Whether the run has no options of a study (variation), and its game rules are standard.
 
         Only such runs are ranked.
         """
-        return self.experiment is None or self.experiment.has_standard_rules_and_no_study
+        return self.experiment is None or self.experiment.has_standard_rules_and_no_study_options
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:

@@ -79,8 +79,8 @@ class RunTotals:
             self.errata_versions[record.errata.version] = None
         if verdict.name_of_used_planner is not None:
             self.answer_counts_by_planner[verdict.name_of_used_planner] += 1
-        if verdict.outcome_of_second_planner is not None:
-            self.second_planner_outcomes[verdict.outcome_of_second_planner] += 1
+        if verdict.outcome_of_fallback_planner is not None:
+            self.second_planner_outcomes[verdict.outcome_of_fallback_planner] += 1
         self._add_task_statuses({record.task_id: _encode_record_status_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)

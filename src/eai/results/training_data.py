@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.notation.plan_form import WrittenPlan
-from eai.abilities.plan_distance import StepLabeler, make_step_distance_labeler
+from eai.abilities.plan_distance import StepLabeler, make_labeler_of_step_distances_to_goals
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.suite import Suite
 from eai.results.batch import Scoring
@@ -112,7 +112,7 @@ def _has_unknown_prompt(record: Record) -> bool:
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
         settings = settings.drop_options_of_study(_PROMPTS)  # the digest already identifies the prompt
-    return settings is not None and not settings.has_standard_rules_and_no_study
+    return settings is not None and not settings.has_standard_rules_and_no_study_options
 
 
 def make_function_adding_goal_distance_and_steps(
@@ -122,7 +122,8 @@ def make_function_adding_goal_distance_and_steps(
 
     Args:
         suite: the suite of the records.
-        search_effort: the approximate limit of the search for each state, as in `make_step_distance_labeler`.
+        search_effort: the approximate limit of the search for each state, as in
+            `make_labeler_of_step_distances_to_goals`.
         step_counts: counter to which the function adds the number of executed steps (``executed``), and the
             number of them whose change of the distance to the goal is known (``exact``).
     """
@@ -136,7 +137,7 @@ def make_function_adding_goal_distance_and_steps(
         if isinstance(actions := scorer.resolve_names(plan), ErrorReport):
             return None
         if record.task_id not in labelers:
-            labelers[record.task_id] = make_step_distance_labeler(scorer.repairer, search_effort)
+            labelers[record.task_id] = make_labeler_of_step_distances_to_goals(scorer.repairer, search_effort)
         distance, labels = labelers[record.task_id](actions)
         executed = [label for label in labels if label.outcome == EXECUTED]
         step_counts["executed"] += len(executed)

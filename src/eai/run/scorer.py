@@ -101,7 +101,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
 
 def _describe_goal_part(part: GoalPartReport, number: int) -> str:
     if part.met_after is not None:
-        return f"✓ `{part.part}`, {part.time_first_met_in_words}"
+        return f"✓ `{part.part}`, {part.first_met_time_text}"
     never = "never after that" if number else "never"
     missing_text = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{missing_text}"

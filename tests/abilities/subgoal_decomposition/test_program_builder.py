@@ -46,7 +46,7 @@ def test_the_literals_of_a_formula_are_counted(
 ) -> None:
     places = START.scene.get_category_mask("place").bit_count()
     assert EXTENT.count_literals(formula(text)) == (2 * places if literals is None else literals)
-    assert EXTENT.compute_bound_on_literals_in_disjuncts(formula(text)) == (
+    assert EXTENT.compute_upper_bound_on_dnf_literal_count(formula(text)) == (
         2**places * places if count_alternative_literals is None else count_alternative_literals
     )
 
@@ -59,7 +59,7 @@ def test_a_subgoal_with_too_many_literals_is_rejected_at_once(quantifier: str) -
     with pytest.raises(InputError, match="more than 100,000 literals"):
         EXTENT.count_literals(formula(text))
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.compute_bound_on_literals_in_disjuncts(formula(text))
+        EXTENT.compute_upper_bound_on_dnf_literal_count(formula(text))
 
 
 @pytest.mark.parametrize("outer", QUANTIFIERS)
@@ -95,9 +95,9 @@ def test_a_quantifier_over_an_empty_class_counts_as_one(inner: str) -> None:
 def test_alternatives_without_literals_are_counted() -> None:
     """Each pair of objects has three alternatives without literals. They must not be expanded one by one."""
     nothing = "exists b. (forall c: unicorn. (at(b, c)))"
-    assert EXTENT.compute_bound_on_literals_in_disjuncts(formula(nothing)) == 3
+    assert EXTENT.compute_upper_bound_on_dnf_literal_count(formula(nothing)) == 3
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.compute_bound_on_literals_in_disjuncts(formula(f"forall a. (forall e. ({nothing}))"))
+        EXTENT.compute_upper_bound_on_dnf_literal_count(formula(f"forall a. (forall e. ({nothing}))"))
 
 
 def test_an_exists_tries_the_objects_of_the_task() -> None:

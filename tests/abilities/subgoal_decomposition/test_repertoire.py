@@ -38,10 +38,10 @@ def test_operators_that_change_no_needed_condition_are_no_help(name: str, helpin
 
 def test_an_action_on_the_agent_takes_no_other_object_instead() -> None:
     repertoire = OperatorIndex(DRESS)
-    assert repertoire.find_achieving_actions([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
+    assert repertoire.map_achieving_actions_to_literals([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
         Action("WEAR", (1,)): 1
     }
-    assert repertoire.find_achieving_actions([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
+    assert repertoire.map_achieving_actions_to_literals([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
 
 
 PUSH = w.Operator(
@@ -69,7 +69,7 @@ def test_the_actions_that_may_achieve_a_literal_are_listed(
 ) -> None:
     repertoire, scene = OperatorIndex(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
-    wanted = repertoire.find_achieving_actions([literal], scene)
+    wanted = repertoire.map_achieving_actions_to_literals([literal], scene)
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]
     assert found == expected
     assert set(wanted.values()) == {1}
@@ -85,11 +85,11 @@ def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
     literal = GroundAtom("lit", (0,), True)
     state = scene.state(["link(a, a)", "link(a, c)", "link(b, c)"])
-    assert repertoire.find_achieving_actions([literal], scene, (0, 1, 2), state) == {
+    assert repertoire.map_achieving_actions_to_literals([literal], scene, (0, 1, 2), state) == {
         Action("SWITCH", (0, 0)): 1,
         Action("SWITCH", (0, 2)): 1,
     }
-    assert repertoire.find_achieving_actions([literal], scene, (0, 1, 2)) == {
+    assert repertoire.map_achieving_actions_to_literals([literal], scene, (0, 1, 2)) == {
         Action("SWITCH", (0, 1)): 1,
         Action("SWITCH", (0, 2)): 1,
     }

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts
 from eai.base.errors import DataError
 from eai.base.store import DataPackStore
@@ -66,13 +66,13 @@ def protocol() -> Protocol:
 
 
 @pytest.fixture
-def status() -> OperatorStatus:
+def status() -> OperatorComparisonStatus:
     """Return the status of an operator whose name has a hyphen in the data set."""
-    return OperatorStatus.COMPARED
+    return OperatorComparisonStatus.COMPARED
 
 
 def test_an_operator_has_the_name_that_was_asked_for(
-    oracle: Oracle, data_store: DataPackStore, protocol: Protocol, status: OperatorStatus
+    oracle: Oracle, data_store: DataPackStore, protocol: Protocol, status: OperatorComparisonStatus
 ) -> None:
     """The data set calls an operator ``slice-carvingknife``; prompts and answers have an underscore."""
     rows = oracle("behavior", "transition_modeling", "gpt-4o-2024-05-13")["records"]

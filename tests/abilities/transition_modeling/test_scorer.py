@@ -11,7 +11,7 @@ from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, 
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer, count_matches_by_category
 from eai.abilities.transition_modeling.verdict import (
-    OperatorStatus,
+    OperatorComparisonStatus,
     OperatorVerdict,
     find_predicates_and_their_categories,
 )
@@ -115,7 +115,7 @@ EVERYTHING = OperatorText("open", "()", "()", "(forall (?a) (lit ?a))")
 def test_what_was_not_asked_for_does_not_help() -> None:
     verdict = score(answer(OPEN, SILENT, STAMP))
     assert verdict.planner is PlannerOutcome.UNSOLVABLE
-    compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
+    compared, hallucinated = OperatorComparisonStatus.COMPARED, OperatorComparisonStatus.HALLUCINATED
     assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
 
 
@@ -210,7 +210,7 @@ def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
     lost = {**GOLD_COUNTS["effect"], "object_states": (1, 0, 1)}
     assert counts(verdict) == {"precondition": GOLD_COUNTS["precondition"], "effect": lost}
     assert (verdict.planner, verdict.success) == (PlannerOutcome.INPUT_ERROR, False)
-    assert verdict.operators[0].status is OperatorStatus.COMPARED
+    assert verdict.operators[0].status is OperatorComparisonStatus.COMPARED
     notes = scorer.explain(text).notes
     assert "open: the effect cannot be compared, so it counts as lacking the clause (not (shut ?o))" in notes
     assert "open: condition_in_effect in the effect of open: expected an effect, not (or ...)" in notes

@@ -32,10 +32,10 @@ def test_each_part_of_a_temporal_goal_is_met_at_its_reported_step(
         for part, report in zip(
             goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
         ):
-            if report.time_first_met_in_words:
+            if report.first_met_time_text:
                 reported += 1
                 if not is_met(part, report, explanation, states):
-                    wrong[row["id"]] = (report.part, report.time_first_met_in_words)
+                    wrong[row["id"]] = (report.part, report.first_met_time_text)
     assert wrong == {}
     assert reported >= 60
 
@@ -63,9 +63,9 @@ def is_met(
         number = report.met_after
         at = f"after step {number}" if number else "at the start"
         return (
-            report.time_first_met_in_words == at
+            report.first_met_time_text == at
             and number in states
             and StateTest(part, states[0].scene)(states[number])
         )
-    step = explanation.steps[int(report.time_first_met_in_words.removeprefix("at step ")) - 1]
+    step = explanation.steps[int(report.first_met_time_text.removeprefix("at step ")) - 1]
     return step.outcome == EXECUTED and step.action.partition("(")[0] in actions

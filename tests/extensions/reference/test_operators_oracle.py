@@ -17,7 +17,7 @@ from abilities.transition_modeling.test_oracle import (
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.base.store import DataPackStore
 from eai.benchmarks.published import TransitionTasks, open_behavior_transition_tasks
@@ -43,8 +43,8 @@ def protocol() -> Protocol:
 
 
 @pytest.fixture
-def status() -> OperatorStatus:
-    return OperatorStatus.HALLUCINATED
+def status() -> OperatorComparisonStatus:
+    return OperatorComparisonStatus.HALLUCINATED
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def assert_equal(row: Mapping[str, Any], verdict: Verdict, known: Collection[str
     assert isinstance(verdict, OperatorVerdict), place
     operators = verdict.operators
     assert len(operators) == row["total_predict_action_num"], place
-    hallucinated = [each for each in operators if each.status is OperatorStatus.HALLUCINATED]
+    hallucinated = [each for each in operators if each.status is OperatorComparisonStatus.HALLUCINATED]
     assert len(hallucinated) == row["hallucination_num"], place
     for part, key in (("precondition", "precond_action_type"), ("effect", "effect_action_type")):
         found = {each.name: _sizes(getattr(each, part), known) for each in operators}

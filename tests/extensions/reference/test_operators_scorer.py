@@ -23,7 +23,7 @@ from abilities.transition_modeling.test_scorer import (
     test_without_a_planner_nothing_is_said_of_plans,
 )
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorVerdict
 from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
@@ -58,7 +58,7 @@ def test_a_missing_operator_costs_nothing() -> None:
 def test_what_was_not_asked_for_helps() -> None:
     verdict = score(answer(OPEN, SILENT, STAMP), EaiEvalOperatorScoringRules)
     assert verdict.planner is PlannerOutcome.SOLVED
-    compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
+    compared, hallucinated = OperatorComparisonStatus.COMPARED, OperatorComparisonStatus.HALLUCINATED
     assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
 
 

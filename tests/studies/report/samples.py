@@ -13,8 +13,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
+    OperatorComparisonStatus,
     OperatorReport,
-    OperatorStatus,
     OperatorVerdict,
     find_predicates_and_their_categories,
 )
@@ -174,7 +174,7 @@ def operator_run() -> list[Record]:
         literals={"precondition": ConfusionCounts(1, 1, 1), "effect": ConfusionCounts(0, 0, 0)},
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
-        operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),
+        operators=(OperatorReport("open", OperatorComparisonStatus.COMPARED, side, offences=(offence,)),),
         clauses={
             part: find_predicates_and_their_categories(part, {})
             for part in (*side.matched, *side.additional, *side.missing)

@@ -57,7 +57,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     return partial(ActionSequencingScorer, domain=parts.domain, notation=parts.notation.plans)
 
 
-def _get_object_name_words_and_schema_maker(
+def _get_object_names_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and a function that makes an answer's JSON schema from them.
@@ -75,7 +75,7 @@ ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
     SingleQuestionInteraction(
         _make_scorer_factory,
-        answer_form=_get_object_name_words_and_schema_maker,
+        answer_form=_get_object_names_and_schema_maker,
         keys_in_order=True,
         plain_text_prefix=None,
     ),

@@ -133,11 +133,11 @@ class ActionSequencingScorer(PlanScorer):
             execute: function that executes the plan. It is called at most once.
         """
         if self.excluded is None:
-            return self._assess_even_if_excluded(text, execute)
+            return self._assess_even_if_task_is_excluded(text, execute)
         left_out = PlanVerdict(excluded=self.excluded)
-        return Assessment(left_out, lambda: self._assess_even_if_excluded(text, execute).explain())
+        return Assessment(left_out, lambda: self._assess_even_if_task_is_excluded(text, execute).explain())
 
-    def _assess_even_if_excluded(self, text: str, execute: PlanExecutor) -> Assessment:
+    def _assess_even_if_task_is_excluded(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None:
@@ -206,7 +206,7 @@ class ActionSequencingScorer(PlanScorer):
         def explain_rejected_plan() -> VerdictExplanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
             return VerdictExplanation(
-                (*self._write_repair_and_exclusion_notes(plan.repairs), reason), goals=goals
+                (*self._write_notes_on_repairs_and_task_exclusion(plan.repairs), reason), goals=goals
             )
 
         return Assessment(verdict, explain_rejected_plan)
@@ -251,7 +251,7 @@ class ActionSequencingScorer(PlanScorer):
             error=error,
             additional_steps=additional,
             partial=self.goals.find_partial_success(
-                self._get_final_state(execution), execution.taken_actions, reached
+                self._get_final_state(execution), execution.names_of_all_executed_actions, reached
             ),
         )
 
@@ -286,14 +286,14 @@ class ActionSequencingScorer(PlanScorer):
 
     def _explain(self, verdict: PlanVerdict, execution: Execution) -> VerdictExplanation:
         return VerdictExplanation(
-            self._write_repair_and_exclusion_notes(verdict.repairs),
+            self._write_notes_on_repairs_and_task_exclusion(verdict.repairs),
             report_steps(self.task, self.domain, execution.trajectory),
             report_goals(
                 self.task, verdict.goals_satisfied, execution.whole_trajectory or execution.trajectory
             ),
         )
 
-    def _write_repair_and_exclusion_notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
+    def _write_notes_on_repairs_and_task_exclusion(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*write_repair_notes(repairs), *excluded)
 
@@ -301,7 +301,7 @@ class ActionSequencingScorer(PlanScorer):
         """Return for each goal, in order, whether the executed plan reaches it."""
         return self.goals.evaluate_each_goal(
             self._get_final_state(execution),
-            execution.taken_actions,
+            execution.names_of_all_executed_actions,
             execution.whole_trajectory or execution.trajectory,
         )
 

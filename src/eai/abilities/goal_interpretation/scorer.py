@@ -81,7 +81,7 @@ class _GoldGoals:
             for goal in alternatives
         ]
 
-    def choose_best_stated_option_of_each_goal(
+    def choose_best_matching_option_of_each_goal(
         self, stated_conditions: _ConditionMask
     ) -> list[_ConditionMask]:
         """Return for each goal the bit mask of the option that contains most of the stated conditions.
@@ -147,7 +147,7 @@ class GoalInterpretationScorer(Scorer):
         """Return the verdict on the goals that an answer states."""
         said, unknown, lacking = self._group_goals_by_validity(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, matched = reduce(or_, self._choose_best_stated_option_of_each_goal(said), 0), 0
+        wanted, matched = reduce(or_, self._choose_best_matching_option_of_each_goal(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
@@ -176,7 +176,7 @@ class GoalInterpretationScorer(Scorer):
             ill_formed=ill_formed,
             hallucinated=tuple([name for _, name in unknown]),
             unknown_predicates=tuple(
-                [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
+                [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate_of_goal(goal)]
             ),
             matched=self.gold.list_condition_texts(matched),
             wrong=tuple(wrong),
@@ -197,7 +197,7 @@ class GoalInterpretationScorer(Scorer):
         Each goal in the answer counts for only one condition of the task's goals.
         """
         left = self._group_goals_by_validity(goals).known
-        options = self._choose_best_stated_option_of_each_goal(left)
+        options = self._choose_best_matching_option_of_each_goal(left)
         met = 0
         for number in iterate_bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
@@ -239,7 +239,7 @@ class GoalInterpretationScorer(Scorer):
     def _describe_incompletely_stated_goals(self, goals: WrittenGoals) -> Iterator[str]:
         """Yield a text on each goal that the answer states incompletely, with the missed conditions."""
         left = self._group_goals_by_validity(goals).known
-        for option in self._choose_best_stated_option_of_each_goal(left):
+        for option in self._choose_best_matching_option_of_each_goal(left):
             missed = [
                 str(condition)
                 for condition in self.gold.list_conditions_as_goals(option)
@@ -270,11 +270,11 @@ class GoalInterpretationScorer(Scorer):
                 unknown += [(goal, name)] * times
         return _GoalsByValidity(known, tuple(unknown), tuple(ill_formed))
 
-    def _choose_best_stated_option_of_each_goal(
+    def _choose_best_matching_option_of_each_goal(
         self, stated_goals: Iterable[WrittenGoal]
     ) -> list[_ConditionMask]:
         mask_of = self.gold.mask_of
-        return self.gold.choose_best_stated_option_of_each_goal(
+        return self.gold.choose_best_matching_option_of_each_goal(
             reduce(or_, [mask_of.get(goal, 0) for goal in stated_goals], 0)
         )
 

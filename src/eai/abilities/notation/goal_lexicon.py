@@ -69,7 +69,7 @@ class GoalLexicon:
             return True
         return goal.predicate not in self._arity and 0 < len(goal.names) < 3
 
-    def has_predicate(self, goal: WrittenGoal) -> bool:
+    def has_predicate_of_goal(self, goal: WrittenGoal) -> bool:
         """Whether the predicate of a goal is in this lexicon. The number of objects is not compared.
 
         True for goals that are actions.

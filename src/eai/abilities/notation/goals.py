@@ -170,23 +170,24 @@ class AnswerGoalSections(NamedTuple):
 
 
 def make_goal_sections_format(
-    read: Callable[[AnswerGoalSections], AnswerGoalSections | None], find_flaw: Callable[[object], str | None]
+    validate_sections: Callable[[AnswerGoalSections], AnswerGoalSections | None],
+    describe_flaw: Callable[[object], str | None],
 ) -> AnswerFormat[AnswerGoalSections]:
     """Return the form of an answer that is a JSON object with a list of goals under each section key.
 
     Args:
-        read: returns the given sections if goals can be read from them, else None.
-        find_flaw: returns in words why no goals can be read from a JSON value, or None.
+        validate_sections: returns the given sections if goals can be read from them, else None.
+        describe_flaw: returns in words why no goals can be read from a JSON value, or None.
     """
 
     def read_sections(value: object) -> AnswerGoalSections | None:
         if not isinstance(value, JsonObject):
             return None
         members = [(_normalize_section_name(key), section) for key, section in value.members]
-        if any(_hides_goals_under_unknown_key(key, section) for key, section in members):
+        if any(_is_unknown_section_with_goals(key, section) for key, section in members):
             return None
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
-        return read(AnswerGoalSections(tuple(members), ("section_name",) if is_respelt else ()))
+        return validate_sections(AnswerGoalSections(tuple(members), ("section_name",) if is_respelt else ()))
 
     listed = ", ".join([f'"{key}"' for key in SECTIONS.values()])
     return AnswerFormat(
@@ -194,7 +195,7 @@ def make_goal_sections_format(
         read_sections,
         is_part=contains_json_string,
         is_answer_line=lambda line: _SECTION_LINE.match(line) is not None,
-        flaw=find_flaw,
+        flaw=describe_flaw,
         repairs_of=lambda sections_read: sections_read.repairs,
         is_certain=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
     )
@@ -203,7 +204,7 @@ def make_goal_sections_format(
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
 
 
-def _hides_goals_under_unknown_key(key: str, section: object) -> bool:
+def _is_unknown_section_with_goals(key: str, section: object) -> bool:
     """Whether a text under an unknown key contains goals or a section's key.
 
     If it does, goals are missing from the sections that were read.

@@ -109,7 +109,7 @@ class Execution(NamedTuple):
     whole_trajectory: Trajectory | None = None
 
     @property
-    def taken_actions(self) -> list[str]:
+    def names_of_all_executed_actions(self) -> list[str]:
         """Names of all actions that were executed in this world."""
         return [*self.earlier_actions, *[action.operator for action in self.trajectory.executed_actions]]
 

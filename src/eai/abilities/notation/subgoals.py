@@ -94,7 +94,9 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_subgoals_in_output_list(text, frozenset(map_formula_safe_names_to_original_names(alone)))
+        return read_subgoals_from_json_output_list(
+            text, frozenset(map_formula_safe_names_to_original_names(alone))
+        )
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
@@ -175,8 +177,8 @@ class SubgoalNotation:
         return make_object_schema({"output": make_list_schema(make_text_schema())})
 
 
-def read_subgoals_in_output_list(
-    text: str, names_without_arguments: Collection[str], other_list_keys: Collection[str] = ()
+def read_subgoals_from_json_output_list(
+    text: str, names_without_arguments: Collection[str], keys_of_ignored_lists: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
     """Return the formulas in the list ``output`` of an answer's JSON object, or why they cannot be read.
 
@@ -186,9 +188,9 @@ def read_subgoals_in_output_list(
     Args:
         text: the answer.
         names_without_arguments: names that take no objects.
-        other_list_keys: other keys of the JSON object whose values may be lists.
+        keys_of_ignored_lists: other keys of the JSON object whose values may be lists.
     """
-    reading = read_json(text, _make_subgoal_list_answer_format(frozenset(other_list_keys)))
+    reading = read_json(text, _make_subgoal_list_answer_format(frozenset(keys_of_ignored_lists)))
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
@@ -203,7 +205,7 @@ def read_subgoals_in_output_list(
 
 
 @lru_cache(16)
-def _make_subgoal_list_answer_format(ignored_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
+def _make_subgoal_list_answer_format(keys_of_ignored_lists: frozenset[str]) -> AnswerFormat[list[str]]:
     def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
@@ -212,7 +214,7 @@ def _make_subgoal_list_answer_format(ignored_list_keys: frozenset[str]) -> Answe
         unknown = [
             key
             for key, part in value.members
-            if isinstance(part, list | JsonObject) and key not in ignored_list_keys
+            if isinstance(part, list | JsonObject) and key not in keys_of_ignored_lists
         ]
         unknown += [
             key

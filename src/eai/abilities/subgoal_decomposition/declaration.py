@@ -83,7 +83,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     )
 
 
-def _get_object_name_words_and_schema_maker(
+def _get_object_names_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = parts.subgoal_notation()
@@ -94,7 +94,7 @@ SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
         SingleQuestionInteraction(
-            _make_scorer_factory, answer_form=_get_object_name_words_and_schema_maker, plain_text_prefix=None
+            _make_scorer_factory, answer_form=_get_object_names_and_schema_maker, plain_text_prefix=None
         ),
         "Subgoal decomposition",
         "subgoals",

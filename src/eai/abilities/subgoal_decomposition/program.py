@@ -115,7 +115,7 @@ numbers.
 
 
 @dataclass(frozen=True, slots=True)
-class CompiledAnswer:
+class CompiledSubgoalAnswer:
     """An answer that can be executed.
 
     Attributes:

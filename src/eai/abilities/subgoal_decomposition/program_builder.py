@@ -24,7 +24,7 @@ from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS_PER_SUBGOAL,
     CheckSubgoalHoldsInstruction,
-    CompiledAnswer,
+    CompiledSubgoalAnswer,
     ExecuteSubgoalPlansInstruction,
     Instruction,
     MisusedName,
@@ -111,7 +111,7 @@ class _QuantifierRange:
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
-    def compute_bound_on_literals_in_disjuncts(self, formula: f.Formula) -> int:
+    def compute_upper_bound_on_dnf_literal_count(self, formula: f.Formula) -> int:
         """Return an upper bound of the number of literals in all disjuncts of a formula together.
 
         The bound is the number of disjuncts times the number of literals in the longest disjunct. Negations
@@ -247,13 +247,15 @@ class SubgoalProgramCompiler:
             lambda: refinement.exclusion_rules().make_mutual_exclusion_prover(task.initial)
         )
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_state_requirement)
-        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_of_needless_subgoal_actions)
+        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_step_planner_for_true_subgoal)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
         self.make_planner_for_action_subgoal = lru_cache(_MAX_CACHED_SUBGOALS)(
             self._make_planner_for_action_subgoal
         )
 
-    def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
+    def compile_subgoals(
+        self, written: WrittenSubgoals | Unreadable
+    ) -> CompiledSubgoalAnswer | RejectedAnswer:
         """Return an answer's subgoals as instructions for the search for actions, or the answer's rejection.
 
         Each subgoal is parsed separately.
@@ -262,7 +264,7 @@ class SubgoalProgramCompiler:
             return replace(reject_unparseable(written.reason), spans=written.spans)
         return replace(self._compile_written_subgoals(written), spans=written.spans)
 
-    def _compile_written_subgoals(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
+    def _compile_written_subgoals(self, written: WrittenSubgoals) -> CompiledSubgoalAnswer | RejectedAnswer:
         formulas: list[f.Formula] = []
         offences: list[MisusedName] = []
         for number, subgoal in enumerate(written.subgoals):
@@ -275,7 +277,9 @@ class SubgoalProgramCompiler:
         if offences:
             return reject_misused_names(offences, written.repairs)
         try:
-            return CompiledAnswer(tuple(formulas), self.make_subgoal_program(formulas), written.repairs)
+            return CompiledSubgoalAnswer(
+                tuple(formulas), self.make_subgoal_program(formulas), written.repairs
+            )
         except InputError as error:
             return reject_unparseable(str(error), written.repairs)
 
@@ -332,7 +336,7 @@ class SubgoalProgramCompiler:
             cache(make_check_if_subgoal_is_contradictory),
         )
 
-    def _make_planner_of_needless_subgoal_actions(
+    def _make_needless_step_planner_for_true_subgoal(
         self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
     ) -> SubgoalPlanner:
         """Return a planner for a subgoal that holds already and so is needless.
@@ -472,10 +476,13 @@ class _SubgoalProgramBuilder:
         return self._add_fork_instruction([before, after], subgoal)
 
     def _add_instructions_for_alternatives(
-        self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
+        self, alternatives: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
     ) -> _InstructionNumber:
         return self._add_fork_instruction(
-            [self.add_instructions_for_formula(part, subgoal, next_instruction) for part in reversed(parts)],
+            [
+                self.add_instructions_for_formula(part, subgoal, next_instruction)
+                for part in reversed(alternatives)
+            ],
             subgoal,
         )
 
@@ -494,7 +501,7 @@ class _SubgoalProgramBuilder:
         step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
-        self._extent.compute_bound_on_literals_in_disjuncts(observed)
+        self._extent.compute_upper_bound_on_dnf_literal_count(observed)
         alternatives = tuple(dict.fromkeys(self._list_disjuncts(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING

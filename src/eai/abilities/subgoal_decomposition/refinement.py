@@ -29,7 +29,11 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     is_action_needless,
     list_objects_in_argument_tuples,
 )
-from eai.abilities.subgoal_decomposition.uniform_cost import PermittedActions, SearchGoal, find_plans
+from eai.abilities.subgoal_decomposition.uniform_cost import (
+    PermittedActions,
+    SearchGoal,
+    find_plans_trying_action_sets_in_order,
+)
 from eai.planning.exclusion import MutualExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -127,12 +131,12 @@ class SubgoalRefiner:
         ]
         everything = (1 << len(literals)) - 1
         touched = self._repertoire.map_operators_to_changeable_literals(literals)
-        wanted = self._repertoire.find_achieving_actions(literals, scene)
+        wanted = self._repertoire.map_achieving_actions_to_literals(literals, scene)
         named = list_objects_in_argument_tuples([literal.arguments for literal in literals], scene)
 
         def find_achieving_actions_on_usable_objects(state: State) -> Mapping[Action, LiteralBits]:
             fitting = None if self._repertoire.movement else state
-            return self._repertoire.find_achieving_actions(literals, scene, objects, fitting)
+            return self._repertoire.map_achieving_actions_to_literals(literals, scene, objects, fitting)
 
         def find_true_literals(
             state: State, changeable: LiteralBits, true_before: LiteralBits
@@ -143,7 +147,7 @@ class SubgoalRefiner:
                     holding |= part
             return holding
 
-        def find_subgoal_plans(state: State) -> SubgoalPlanningResult:
+        def find_plans_for_one_subgoal(state: State) -> SubgoalPlanningResult:
             goal = SearchGoal(
                 find_true_literals(state, everything, 0),
                 find_true_literals,
@@ -159,7 +163,7 @@ class SubgoalRefiner:
                 ),
             )
 
-        return find_subgoal_plans
+        return find_plans_for_one_subgoal
 
     def find_needless_actions_for_true_literals(
         self, literals: Sequence[GroundAtom], state: State
@@ -174,7 +178,9 @@ class SubgoalRefiner:
             return None
         needless: list[Action] = []
         covered = 0
-        for action, parts in self._repertoire.find_achieving_actions(literals, state.scene).items():
+        for action, parts in self._repertoire.map_achieving_actions_to_literals(
+            literals, state.scene
+        ).items():
             releases = self._get_operator_role_of_action(action) is OperatorRole.RELEASES
             if not releases and parts & ~covered and self._is_action_needless(action, state):
                 needless.append(action)
@@ -202,7 +208,9 @@ class SubgoalRefiner:
 
     def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlanningResult:
         budget = min(self._budget * goal.goal_part_count, _MAX_TESTED_LITERALS // goal.goal_part_count)
-        return find_plans(goal, self._generate_growing_action_sets(search_input), search_input.state, budget)
+        return find_plans_trying_action_sets_in_order(
+            goal, self._generate_growing_action_sets(search_input), search_input.state, budget
+        )
 
     def _generate_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
         """Yield up to three growing sets of actions that a search may use.
@@ -224,18 +232,19 @@ class SubgoalRefiner:
             for action in search_input.wanted
         )
         takes = self._to_candidates(
-            self._ground_operators_of_role(
+            self._map_actions_of_role_to_no_literals(
                 helping, OperatorRole.TAKES, search_input.named if handled else ()
             ),
             search_input,
         )
         touched = search_input.find_changeable_literals(movement)
         moving = self._to_candidates(
-            self._ground_movement_operators(movement, search_input.named), search_input
+            self._map_movement_actions_to_no_literals(movement, search_input.named), search_input
         )
         yield PermittedActions(changes, takes, moves, moving, touched)
         releases = self._to_candidates(
-            self._ground_operators_of_role(helping, OperatorRole.RELEASES, search_input.objects), search_input
+            self._map_actions_of_role_to_no_literals(helping, OperatorRole.RELEASES, search_input.objects),
+            search_input,
         )
         if releases:
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
@@ -248,7 +257,7 @@ class SubgoalRefiner:
             moves, changes = self._separate_movement_actions(wider, search_input)
             touched = search_input.find_changeable_literals(movement)
             moving = self._to_candidates(
-                self._ground_movement_operators(movement, search_input.objects), search_input
+                self._map_movement_actions_to_no_literals(movement, search_input.objects), search_input
             )
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
 
@@ -265,7 +274,7 @@ class SubgoalRefiner:
         changes = {action: parts for action, parts in achieving_actions.items() if action not in moves}
         return self._to_candidates(moves, search_input), self._to_candidates(changes, search_input)
 
-    def _ground_operators_of_role(
+    def _map_actions_of_role_to_no_literals(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, LiteralBits]:
         """Return a mapping from the actions by operators with a role, such as movement, to 0.
@@ -280,7 +289,7 @@ class SubgoalRefiner:
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED_ACTIONS)
         }
 
-    def _ground_movement_operators(
+    def _map_movement_actions_to_no_literals(
         self, operators: Iterable[str], places: Sequence[int]
     ) -> dict[Action, LiteralBits]:
         return {

@@ -89,7 +89,7 @@ class _OperatorForSearch(NamedTuple):
         fixable: for each check whether movement can make the check true and so the action possible. It is
             False for a check whose failure means that the action is needless. The one more item at the end,
             for the alternatives, is always False.
-        unchangeable_checks_hold: tests in a state whether all `FIXED` checks hold.
+        static_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold. If the operator has alternatives,
             it tests whether the complete action is possible.
@@ -101,7 +101,7 @@ class _OperatorForSearch(NamedTuple):
     role: OperatorRole
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
-    unchangeable_checks_hold: ConditionTest
+    static_checks_hold: ConditionTest
     common_checks_hold: ConditionTest
     rest_checks_hold: ConditionTest
     unmovable_checks_hold: ConditionTest
@@ -137,7 +137,8 @@ class OperatorIndex:
         self._effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
         self._checks = {
-            o.name: self._find_stored_dependencies(_list_check_conditions(o)) for o in domain.operators
+            o.name: self._find_stored_dependencies(_list_conditions_of_all_checks(o))
+            for o in domain.operators
         }
         self._asks = {
             name: self._checks[name]
@@ -209,38 +210,44 @@ class OperatorIndex:
             atom if expected_truth else Not(atom)
         )
 
-    def find_achieving_actions(
+    def map_achieving_actions_to_literals(
         self,
         literals: Sequence[GroundAtom],
         scene: Scene,
-        other_objects: Sequence[int] = (),
-        possible_in: State | None = None,
+        objects_for_open_parameters: Sequence[int] = (),
+        state_for_static_checks: State | None = None,
     ) -> dict[Action, LiteralBits]:
         """Return a mapping from actions to bit masks of the literals that each action may make true.
 
         The arguments of an action are different objects. They are objects of one literal or, for parameters
-        that the literal does not determine, any of ``other_objects``. For a literal about the agent, only
-        movements are returned, if there are any.
+        that the literal does not determine, any of ``objects_for_open_parameters``. For a literal about the
+        agent, only movements are returned, if there are any.
 
         Args:
             literals: the literals.
             scene: the scene.
-            other_objects: objects for parameters that a literal does not determine.
-            possible_in: a state or None. If it is a state, an action may have the same object twice, and the
-                result has only actions whose fixed checks hold in the state. No action can change the result
-                of a fixed check.
+            objects_for_open_parameters: objects for parameters that a literal does not determine.
+            state_for_static_checks: a state or None. If it is a state, an action may have the same object
+                twice, and the result has only actions whose fixed checks hold in the state. No action can
+                change the result of a fixed check.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
-            for action in self._list_achieving_actions(literal, scene, other_objects, possible_in):
+            for action in self._list_achieving_actions(
+                literal, scene, objects_for_open_parameters, state_for_static_checks
+            ):
                 wanted[action] = wanted.get(action, 0) | 1 << i
         return wanted
 
     def _list_achieving_actions(
-        self, literal: GroundAtom, scene: Scene, other_objects: Sequence[int], possible_in: State | None
+        self,
+        literal: GroundAtom,
+        scene: Scene,
+        objects_for_open_parameters: Sequence[int],
+        state_for_static_checks: State | None,
     ) -> Iterable[Action]:
         named = list_objects_in_argument_tuples([literal.arguments], scene)
-        objects = list_objects_in_argument_tuples([named, other_objects], scene)
+        objects = list_objects_in_argument_tuples([named, objects_for_open_parameters], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
         literal_with_argument_numbers = literal._replace(
@@ -249,10 +256,12 @@ class OperatorIndex:
         actions: dict[Action, None] = {}
         for operator, numbers in self._cached_patterns(literal_with_argument_numbers):
             given = [None if number is None else values[number] for number in numbers]
-            if possible_in is None:
+            if state_for_static_checks is None:
                 argument_tuples = [*islice(_generate_argument_tuples(given, objects), MAX_LISTED_ACTIONS)]
             else:
-                argument_tuples = self._find_possible_arguments(operator, given, objects, possible_in)
+                argument_tuples = self._find_possible_arguments(
+                    operator, given, objects, state_for_static_checks
+                )
             actions |= {
                 Action(operator, arguments): None for arguments in argument_tuples if agent not in arguments
             }
@@ -285,7 +294,7 @@ class OperatorIndex:
         self, literal_with_argument_numbers: GroundAtom
     ) -> Sequence[_OperatorPattern]:
         changes = find_changes_for_literal(
-            literal_with_argument_numbers, self._domain.vocabulary, _get_pattern_number_of_agent
+            literal_with_argument_numbers, self._domain.vocabulary, _get_object_number_if_agent
         )
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_operators_that_change(literal_with_argument_numbers.predicate):
@@ -418,10 +427,10 @@ def _match_effect_to_change(effect: EffectSchema, change: FactChange) -> dict[st
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _get_pattern_number_of_agent)
+    return match_atom(effect.atom, change.arguments, _get_object_number_if_agent)
 
 
-def _get_pattern_number_of_agent(constant: Constant) -> int | None:
+def _get_object_number_if_agent(constant: Constant) -> int | None:
     """Return the number that stands for the agent in an `_OperatorPattern`; None for other constants."""
     return _AGENT if constant == AGENT else None
 
@@ -436,7 +445,7 @@ def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
     return list(operators_by_content.values())
 
 
-def _list_check_conditions(operator: Operator) -> Iterator[Formula]:
+def _list_conditions_of_all_checks(operator: Operator) -> Iterator[Formula]:
     for checks in (operator.checks, *(attempt.checks for attempt in operator.alternatives)):
         yield from [check.condition for check in checks]
 
@@ -491,12 +500,12 @@ class CandidateAction(NamedTuple):
         """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
-    def unchangeable_checks_hold(self, state: State) -> bool:
+    def static_checks_hold(self, state: State) -> bool:
         """Whether the fixed checks of the action hold: the checks that no action can change.
 
         The answer is the same in all states of an episode.
         """
-        return self.info.unchangeable_checks_hold(state, self.binding)
+        return self.info.static_checks_hold(state, self.binding)
 
     def remaining_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.

@@ -12,14 +12,14 @@ from eai.abilities.explanation import VerdictExplanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import report_goal_parts, report_goals, report_steps
 from eai.abilities.scorer import Assessment, Scorer, make_error_report
-from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
+from eai.abilities.subgoal_decomposition.program import CompiledSubgoalAnswer, RejectedAnswer
 from eai.abilities.subgoal_decomposition.program_builder import SubgoalProgramCompiler
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.search import (
-    ExecutionBranch,
     ExplorationLimits,
     ExplorationResult,
     GoalProgress,
+    SubgoalExecutionBranch,
     explore_subgoal_program,
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
@@ -43,7 +43,7 @@ def classify_answer_by_exploration(outcome: ExplorationResult) -> SubgoalAnswerC
     return SubgoalAnswerCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalAnswerCategory.RUNTIME
 
 
-def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
+def find_branch_error(branch: SubgoalExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
     """Return the error that ended a branch of the search, or None.
 
     The step in this error is the number of the failed subgoal, from 0.
@@ -106,12 +106,12 @@ class SubgoalDecompositionScorer(Scorer):
 
         Its explanation shows the steps of one way to execute the answer (`ExplorationResult.reported`).
         """
-        assessment = self._assess_even_if_excluded(text)
+        assessment = self._assess_even_if_task_is_excluded(text)
         if self.excluded is None:
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
-    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledSubgoalAnswer | RejectedAnswer:
         """Return the answer as a program for the search, or the reason why the answer cannot be executed."""
         return self._program_compiler.compile_subgoals(self.notation.read(text))
 
@@ -120,7 +120,7 @@ class SubgoalDecompositionScorer(Scorer):
         refinement = self._refinement or SubgoalRefiner(self.domain)
         return SubgoalProgramCompiler(self.task, self.lexicon, refinement, self._goal.actions)
 
-    def _assess_even_if_excluded(self, text: str) -> Assessment:
+    def _assess_even_if_task_is_excluded(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         compiled = self.compile_answer(text)
         if isinstance(compiled, RejectedAnswer):
@@ -149,12 +149,16 @@ class SubgoalDecompositionScorer(Scorer):
             self.temporal_goal or actions, self.task.scene, self.goals.meets_goals_about_states, on_course
         )
 
-    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(
+        self, compiled: CompiledSubgoalAnswer
+    ) -> ExplorationResult | RejectedAnswer:
         return explore_subgoal_program(
             self.domain, self.task.initial, compiled.program, self._goal, self._limits
         )
 
-    def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
+    def _judge_exploration(
+        self, compiled: CompiledSubgoalAnswer, outcome: ExplorationResult
+    ) -> SubgoalVerdict:
         branch, best = outcome.reported, self._find_best_branch(outcome)
         reached = self._test_goals(best)
         kinds = tuple([fault.kind for fault in branch.faults])
@@ -199,7 +203,7 @@ class SubgoalDecompositionScorer(Scorer):
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 
-    def _find_best_branch(self, outcome: ExplorationResult) -> ExecutionBranch:
+    def _find_best_branch(self, outcome: ExplorationResult) -> SubgoalExecutionBranch:
         """Return the way to execute the answer (branch) that reaches most goals.
 
         Among equal branches, the branch whose errors the verdict reports is preferred.
@@ -228,11 +232,13 @@ class SubgoalDecompositionScorer(Scorer):
                 break
         return best
 
-    def _select_execution_branches_to_judge(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
+    def _select_execution_branches_to_judge(
+        self, outcome: ExplorationResult
+    ) -> tuple[SubgoalExecutionBranch, ...]:
         """Return all ways to execute the answer. The way whose errors the verdict reports comes first."""
         return (outcome.reported, *outcome.ended)
 
-    def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
+    def _test_goals(self, branch: SubgoalExecutionBranch) -> tuple[bool, ...]:
         """Return for each goal, in order, whether a branch (one execution of the subgoals) reaches it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.evaluate_each_goal(
@@ -246,7 +252,7 @@ class SubgoalDecompositionScorer(Scorer):
         """
         return self.goals.none_reached
 
-    def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> VerdictExplanation:
+    def _explain(self, compiled: CompiledSubgoalAnswer, outcome: ExplorationResult) -> VerdictExplanation:
         branch, best = outcome.reported, self._find_best_branch(outcome)
         notes = [classify_answer_by_exploration(outcome).value, *write_repair_notes(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {format_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
@@ -288,10 +294,10 @@ class SubgoalDecompositionScorer(Scorer):
         )
 
 
-def _count_actions_beyond_one_per_subgoal(branch: ExecutionBranch) -> int:
+def _count_actions_beyond_one_per_subgoal(branch: SubgoalExecutionBranch) -> int:
     return len(list_operators_of_executed_actions(branch)) - branch.refined
 
 
-def list_operators_of_executed_actions(branch: ExecutionBranch) -> Sequence[str]:
+def list_operators_of_executed_actions(branch: SubgoalExecutionBranch) -> Sequence[str]:
     """Return the operators of the executed actions of a branch (one execution of the subgoals), in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

@@ -170,7 +170,7 @@ class _StepWithPredecessor(NamedTuple):
     before: _StepWithPredecessor | None
 
 
-class ExecutionBranch(NamedTuple):
+class SubgoalExecutionBranch(NamedTuple):
     """One way to execute the subgoals, up to the present point of the search.
 
     Attributes:
@@ -193,7 +193,7 @@ class ExecutionBranch(NamedTuple):
     executed: int = 0
     refined: int = 0
 
-    def count_executed_actions(self, subgoal: int) -> int:
+    def count_actions_executed_for_subgoal(self, subgoal: int) -> int:
         """Return the number of actions that this branch has executed for its present or next subgoal.
 
         The branch stores this number only for the subgoal that it executed last. For the next subgoal, it has
@@ -229,19 +229,19 @@ class ExecutionBranch(NamedTuple):
         return (*faults, self.failure)
 
 
-def _get_success_sort_key(branch: ExecutionBranch) -> int:
+def _get_success_sort_key(branch: SubgoalExecutionBranch) -> int:
     """Return the sort key of a branch that reaches the goal: fewer errors (needless steps) come first."""
     return branch.errors
 
 
-def _get_failure_sort_key(branch: ExecutionBranch) -> tuple[int, int]:
+def _get_failure_sort_key(branch: SubgoalExecutionBranch) -> tuple[int, int]:
     """Return the sort key of a failed branch: fewer errors come first, then more executed actions."""
     return branch.errors, -branch.past.number
 
 
 def _drop_branches_with_same_future(
-    branches: list[ExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
-) -> list[ExecutionBranch]:
+    branches: list[SubgoalExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
+) -> list[SubgoalExecutionBranch]:
     """Return at most two branches of each group that the rest of the search would continue in the same way.
 
     Two branches of a group can be the best in the end. If the goal is reached, a branch with fewer errors is
@@ -256,10 +256,15 @@ def _drop_branches_with_same_future(
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
-    groups: dict[object, list[ExecutionBranch]] = {}
+    groups: dict[object, list[SubgoalExecutionBranch]] = {}
     for branch in branches:
         executed_actions = branch.trajectory.executed_actions if compare_executed_actions else ()
-        key = (branch.state, branch.met, branch.count_executed_actions(subgoal_number), executed_actions)
+        key = (
+            branch.state,
+            branch.met,
+            branch.count_actions_executed_for_subgoal(subgoal_number),
+            executed_actions,
+        )
         groups.setdefault(key, []).append(branch)
     best = [
         (min(branches_to_merge, key=_get_success_sort_key), min(branches_to_merge, key=_get_failure_sort_key))
@@ -278,11 +283,11 @@ _NO_SUBGOAL = -1
 
 
 def _mark_branch_as_failed(
-    branch: ExecutionBranch,
+    branch: SubgoalExecutionBranch,
     subgoal_number: int,
     failed_check: Check,
     state_where_subgoal_held: int | None = None,
-) -> ExecutionBranch:
+) -> SubgoalExecutionBranch:
     """Return a branch that fails at a subgoal, although no action of the branch fails.
 
     ``state_where_subgoal_held`` is the number of the last state in which the subgoal held, or None.
@@ -327,12 +332,12 @@ class ExplorationResult:
         ended: all branches that ended, in the order of the search.
     """
 
-    reported: ExecutionBranch
+    reported: SubgoalExecutionBranch
     success: bool
     executable: bool
     end: ExplorationEnd
     attempts: int
-    ended: tuple[ExecutionBranch, ...] = ()
+    ended: tuple[SubgoalExecutionBranch, ...] = ()
 
 
 def explore_subgoal_program(
@@ -348,7 +353,7 @@ def explore_subgoal_program(
         limits: the limits of the search.
     """
     return _SubgoalProgramExploration(domain, program, goal, limits).explore_branches(
-        ExecutionBranch(History(initial))
+        SubgoalExecutionBranch(History(initial))
     )
 
 
@@ -362,17 +367,17 @@ class _SubgoalProgramExploration:
         self._program = program
         self._goal = goal
         self._limits = limits
-        self._waiting: list[list[ExecutionBranch]] = [[] for _ in program]
+        self._waiting: list[list[SubgoalExecutionBranch]] = [[] for _ in program]
         self._attempts = SearchEffort(limits.attempts)
         self._effort = SearchEffort(limits.effort)
         self._end: ExplorationEnd = "complete"
         self._is_cut = False
-        self._successful: list[ExecutionBranch] = []
-        self._executable: list[ExecutionBranch] = []
-        self._failed: list[ExecutionBranch] = []
-        self._ended: list[ExecutionBranch] = []
+        self._successful: list[SubgoalExecutionBranch] = []
+        self._executable: list[SubgoalExecutionBranch] = []
+        self._failed: list[SubgoalExecutionBranch] = []
+        self._ended: list[SubgoalExecutionBranch] = []
 
-    def explore_branches(self, start: ExecutionBranch) -> ExplorationResult:
+    def explore_branches(self, start: SubgoalExecutionBranch) -> ExplorationResult:
         """Explore all ways to execute the subgoals (branches) from a start branch, and return the result."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
@@ -385,8 +390,8 @@ class _SubgoalProgramExploration:
         return self._make_result(start)
 
     def _merge_and_limit_branches(
-        self, waiting: list[ExecutionBranch], instruction: Instruction
-    ) -> list[ExecutionBranch]:
+        self, waiting: list[SubgoalExecutionBranch], instruction: Instruction
+    ) -> list[SubgoalExecutionBranch]:
         """Return the branches that execute an instruction next. Branches with the same future are merged.
 
         The number of branches is limited only before instructions that can make new branches.
@@ -400,7 +405,7 @@ class _SubgoalProgramExploration:
         self._is_cut |= len(branches) > self._limits.branches
         return branches[: self._limits.branches]
 
-    def _make_result(self, unfinished_branch: ExecutionBranch) -> ExplorationResult:
+    def _make_result(self, unfinished_branch: SubgoalExecutionBranch) -> ExplorationResult:
         if self._is_cut and self._end == "complete" and not self._successful:
             self._end = "branches"
         if self._successful:
@@ -416,12 +421,12 @@ class _SubgoalProgramExploration:
             ended=tuple(self._ended),
         )
 
-    def _execute_instruction(self, branch: ExecutionBranch, instruction: Instruction) -> None:
+    def _execute_instruction(self, branch: SubgoalExecutionBranch, instruction: Instruction) -> None:
         match instruction:
             case ExecuteSubgoalPlansInstruction():
                 self._execute_subgoal_plans(branch, instruction)
             case CheckSubgoalHoldsInstruction():
-                self._check_requirement(branch, instruction)
+                self._continue_branch_only_if_subgoal_holds(branch, instruction)
             case SubgoalForkInstruction(targets):
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
@@ -438,7 +443,7 @@ class _SubgoalProgramExploration:
                 assert_never(instruction)
 
     def _execute_subgoal_plans(
-        self, branch: ExecutionBranch, instruction: ExecuteSubgoalPlansInstruction
+        self, branch: SubgoalExecutionBranch, instruction: ExecuteSubgoalPlansInstruction
     ) -> None:
         if self._has_reached_limit():
             return
@@ -460,8 +465,11 @@ class _SubgoalProgramExploration:
                 self._record_ended_branch(after, self._failed)
 
     def _follow_plan(
-        self, branch: ExecutionBranch, plan: ActionSequence, instruction: ExecuteSubgoalPlansInstruction
-    ) -> ExecutionBranch:
+        self,
+        branch: SubgoalExecutionBranch,
+        plan: ActionSequence,
+        instruction: ExecuteSubgoalPlansInstruction,
+    ) -> SubgoalExecutionBranch:
         """Return a branch (one execution of the subgoals), extended by a plan up to the first failing step.
 
         Additional (needless) steps do not end the branch. If the subgoal needs more than ``max_actions``
@@ -469,7 +477,7 @@ class _SubgoalProgramExploration:
         """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions
-        executed, refined = branch.count_executed_actions(subgoal), branch.refined
+        executed, refined = branch.count_actions_executed_for_subgoal(subgoal), branch.refined
         for action in plan:
             self._attempts.used += 1
             outcome = attempt_action(self._domain, past, action)
@@ -485,10 +493,12 @@ class _SubgoalProgramExploration:
             tried = _StepWithPredecessor(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _PAST_STATES_PER_ACTION
-                return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
-        return ExecutionBranch(past, tried, errors, met, subgoal, None, executed, refined)
+                return SubgoalExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
+        return SubgoalExecutionBranch(past, tried, errors, met, subgoal, None, executed, refined)
 
-    def _check_requirement(self, branch: ExecutionBranch, instruction: CheckSubgoalHoldsInstruction) -> None:
+    def _continue_branch_only_if_subgoal_holds(
+        self, branch: SubgoalExecutionBranch, instruction: CheckSubgoalHoldsInstruction
+    ) -> None:
         if self._has_reached_limit():
             return
         self._effort.used += instruction.effort
@@ -501,7 +511,7 @@ class _SubgoalProgramExploration:
             self._record_ended_branch(failed, self._failed)
 
     def _find_index_of_last_satisfying_state(
-        self, branch: ExecutionBranch, instruction: CheckSubgoalHoldsInstruction
+        self, branch: SubgoalExecutionBranch, instruction: CheckSubgoalHoldsInstruction
     ) -> int | None:
         """Test a subgoal in the past states of a branch. Return the index of the last state in which it held.
 
@@ -516,7 +526,7 @@ class _SubgoalProgramExploration:
         return branch.past.find_last_state_index(instruction.holds, is_subgoal_met_or_limit_reached)
 
     def _record_ended_branch(
-        self, branch: ExecutionBranch, branches_with_same_outcome: list[ExecutionBranch]
+        self, branch: SubgoalExecutionBranch, branches_with_same_outcome: list[SubgoalExecutionBranch]
     ) -> None:
         self._ended.append(branch)
         branches_with_same_outcome.append(branch)

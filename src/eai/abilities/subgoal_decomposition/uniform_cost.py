@@ -95,8 +95,11 @@ class SearchGoal(NamedTuple):
         return 1 + self.goal_part_count // _PARTS_PER_ACTION
 
 
-def find_plans(
-    goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, max_applied_actions: int
+def find_plans_trying_action_sets_in_order(
+    goal: SearchGoal,
+    permitted_action_sets: Iterable[PermittedActions],
+    start: State,
+    max_applied_actions_per_search: int,
 ) -> SubgoalPlanningResult:
     """Return the shortest plans that reach a goal, or the failed plan that comes nearest to the goal.
 
@@ -104,14 +107,14 @@ def find_plans(
 
     Args:
         goal: the goal of the searches.
-        permitted_sets: the sets of permitted actions, one for each search.
+        permitted_action_sets: the sets of permitted actions, one for each search.
         start: the state in which plans begin.
-        max_applied_actions: maximum number of actions that each search may apply to states.
+        max_applied_actions_per_search: maximum number of actions that each search may apply to states.
     """
     failed: list[_UniformCostSearch] = []
     effort = 0
-    for permitted in permitted_sets:
-        search = _UniformCostSearch(goal, permitted, max_applied_actions)
+    for permitted in permitted_action_sets:
+        search = _UniformCostSearch(goal, permitted, max_applied_actions_per_search)
         plans = search.find_shortest_plans(start)
         effort += search.effort.used * goal.effort_per_search_step
         if plans:
@@ -148,7 +151,7 @@ class _MovementPathFinder:
         return copy(self._paths[state])
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
-        moves = [candidate for candidate in self._moves if candidate.unchangeable_checks_hold(start)]
+        moves = [candidate for candidate in self._moves if candidate.static_checks_hold(start)]
         seen = {start}
         paths: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
@@ -212,7 +215,7 @@ class _UniformCostSearch:
         If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._candidates = [candidate for candidate in actions if candidate.unchangeable_checks_hold(start)]
+        self._candidates = [candidate for candidate in actions if candidate.static_checks_hold(start)]
         self._push_node(SearchNode(start, self.goal.at_start))
         run_best_first_search(self._open.pop, self._expand_node_and_check_for_end)
         return [node.list_actions() for node in self._found.values()]
@@ -320,7 +323,7 @@ numbers are the number of failing checks and the number of actions.
 """
 
 
-class _TriedAction(NamedTuple):
+class _ActionAttemptWithFailingChecks(NamedTuple):
     """An action that was tried after a plan, the state in which it was tried, and its failing checks."""
 
     node: PlanNode
@@ -330,7 +333,7 @@ class _TriedAction(NamedTuple):
     failing: list[int]
 
 
-_NearestAttempt: TypeAlias = tuple[_DistanceToSubgoal, _TriedAction | None]
+_NearestAttempt: TypeAlias = tuple[_DistanceToSubgoal, _ActionAttemptWithFailingChecks | None]
 """A pair: how far the best failed plan stays from the subgoal, and the failing action to report.
 
 The action is None if the plan fails only because it is too long.
@@ -404,7 +407,7 @@ class _FailedSearch:
         A failing action explains the failure if more literals of the goal would hold after the action than in
         any visited state. If no plan makes progress, an action that fails in the first state may be reported.
         """
-        best: _TriedAction | None = None
+        best: _ActionAttemptWithFailingChecks | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)
         for node in self._nodes:
             for candidate in (*self._permitted.achievers, *self._permitted.moving):
@@ -463,11 +466,13 @@ class _FailedSearch:
         """
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
-    def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
+    def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _ActionAttemptWithFailingChecks:
         """Try an action in a node's state. Move first if the action then fails fewer of its checks."""
         self.effort += 1
         failing = candidate.find_indices_of_failing_checks(node.state)
-        best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
+        best = _ActionAttemptWithFailingChecks(
+            node, candidate, (*node.list_actions(), candidate.action), node.state, failing
+        )
         least = self._compute_lower_bound_on_failing_checks(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
@@ -477,12 +482,14 @@ class _FailedSearch:
                 failing = candidate.find_indices_of_failing_checks(path.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.list_actions(), *path.list_actions(), candidate.action)
-                    best = _TriedAction(node, candidate, plan, path.state, failing)
+                    best = _ActionAttemptWithFailingChecks(node, candidate, plan, path.state, failing)
                     if len(failing) == least:
                         break
         return best
 
-    def _choose_failed_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
+    def _choose_failed_attempt_to_report(
+        self, failed_attempt: _ActionAttemptWithFailingChecks
+    ) -> _ActionAttemptWithFailingChecks | None:
         """Return the failed attempt at an action that is reported as the reason why a plan failed, or None.
 
         Usually this is ``failed_attempt``. But another action helps if ``failed_attempt`` would fail fewer
@@ -512,7 +519,7 @@ class _FailedSearch:
             else failed_attempt
         )
 
-    def _keeps_met_goal_parts(self, attempt: _TriedAction) -> bool:
+    def _keeps_met_goal_parts(self, attempt: _ActionAttemptWithFailingChecks) -> bool:
         node, candidate = attempt.node, attempt.candidate
         return (
             self._goal.met(candidate.compute_state_after_action(attempt.state), candidate.touched, node.met)

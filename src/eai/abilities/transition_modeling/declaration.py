@@ -120,7 +120,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[TransitionTask],
     return lambda task: TransitionModelingScorer(task, rules)
 
 
-def _get_object_name_words_and_schema_maker(
+def _get_object_names_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
@@ -130,7 +130,7 @@ TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
     interaction=SingleQuestionInteraction(
         _make_scorer_factory,
-        answer_form=_get_object_name_words_and_schema_maker,
+        answer_form=_get_object_names_and_schema_maker,
         uses_operator_tasks=True,
         plain_text_prefix="(:action",
     ),

@@ -165,7 +165,7 @@ def read_operators(
     if piece is not None:
         return _mark_answer_as_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     first = _HEAD.search(text)
-    if _has_end_of_operator(text if first is None else text[: first.start()]):
+    if _has_end_of_operator_without_beginning(text if first is None else text[: first.start()]):
         return _mark_answer_as_unreadable(reading, _NO_BEGINNING)
     operators: dict[str, WrittenOperator] = {}
     for segment in _split_operators(text):
@@ -243,7 +243,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
     is_end_of_json = "{" not in body[:end] and _END_OF_JSON_TEXT.match(after) is not None
     if is_end_of_json:
         return Unreadable("the answer ends as a JSON object whose beginning is missing")
-    if _has_end_of_operator(before):
+    if _has_end_of_operator_without_beginning(before):
         return Unreadable(_NO_BEGINNING)
     if is_wrapped and (
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
@@ -268,7 +268,7 @@ def _find_part_with_unknown_keyword(text: str) -> str | None:
     return None
 
 
-def _has_end_of_operator(text: str) -> bool:
+def _has_end_of_operator_without_beginning(text: str) -> bool:
     """Whether the text before the first operator contains the end of another operator.
 
     Surplus closing brackets do not count if the text defines a problem or domain.
@@ -299,7 +299,9 @@ def _find_operator_end_before_prose(text: str) -> int | None:
     return end if text[end:].lstrip()[:1].isalpha() and _PARAMETERS_START.search(text, end) is None else None
 
 
-def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOperator | PddlFinding:
+def _read_operator_definition(
+    text: str, text_length_before_comment_removal: int
+) -> WrittenOperator | PddlFinding:
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)
@@ -323,7 +325,7 @@ def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOp
     has_parameters = all(finding.place != f"parameters of {name}" for finding in unread)
     is_known = not unread or (has_parameters and not allowed.isdisjoint(("precondition", "effect")))
     return WrittenOperator(
-        name, action if is_known else None, tuple(unread), tuple(repairs), length_with_comments
+        name, action if is_known else None, tuple(unread), tuple(repairs), text_length_before_comment_removal
     )
 
 

@@ -21,7 +21,7 @@ from eai.abilities.transition_modeling.extraction import (
     WrittenOperator,
     read_operators,
 )
-from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorReport
 from eai.abilities.verdict import AnswerSpan, ConfusionCounts, ErrorReport, Unreadable, sum_confusion_counts
 from eai.pddl.check import PddlDeclarations, PddlFinding, check_action
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
@@ -185,20 +185,24 @@ class OperatorScoringRules(ABC):
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def plan_with_cache(
-        self, key: Hashable, text_length: int, make_task: Callable[[], PlanningTask | PlannerResult]
+        self,
+        cache_key: Hashable,
+        cache_entry_length: int,
+        make_task: Callable[[], PlanningTask | PlannerResult],
     ) -> PlannerResult:
         """Return the planner's result for a planning task, cached under a key.
 
         Args:
-            key: the content of domain and problem.
-            text_length: number of characters of the operators, which counts towards the size of the cache.
+            cache_key: the content of domain and problem.
+            cache_entry_length: number of characters of the operators, which counts towards the size of the
+                cache.
             make_task: makes the planning task, or returns a result that needs no planner.
         """
         planner = self.planner
         if planner is None:
             return NOT_RUN
         return self.results.get_or_compute(
-            key, text_length, lambda: _solve_if_planning_task(planner, make_task())
+            cache_key, cache_entry_length, lambda: _solve_if_planning_task(planner, make_task())
         )
 
 
@@ -235,7 +239,9 @@ class PaperOperatorScoringRules(OperatorScoringRules):
         reports = tuple([report for report, _ in compared])
         others = tuple(
             OperatorReport(
-                name, OperatorStatus.HALLUCINATED, offences=self._find_operator_defects(task, operator)
+                name,
+                OperatorComparisonStatus.HALLUCINATED,
+                offences=self._find_operator_defects(task, operator),
             )
             for name, operator in by_name.items()
             if name not in task.operators
@@ -357,10 +363,12 @@ def _compare_read_operator_with_gold(
     gold = task.gold_operators[operator_name]
     action, findings = read_operator or (None, ())
     if action is not None:
-        status, match = OperatorStatus.COMPARED, match_operators(action, gold)
+        status, match = OperatorComparisonStatus.COMPARED, match_operators(action, gold)
         findings = (*findings, *_find_pddl_violations(task, action))
     else:
-        status = OperatorStatus.MISSING if read_operator is None else OperatorStatus.UNREADABLE
+        status = (
+            OperatorComparisonStatus.MISSING if read_operator is None else OperatorComparisonStatus.UNREADABLE
+        )
         match = mark_all_clauses_missing(gold)
     return OperatorReport(operator_name, status, match.precondition, match.effect, findings), match
 

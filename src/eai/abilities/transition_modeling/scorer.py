@@ -10,8 +10,8 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorScoringRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
+    OperatorComparisonStatus,
     OperatorReport,
-    OperatorStatus,
     OperatorVerdict,
     PredicatesInClause,
     find_predicates_and_their_categories,
@@ -27,7 +27,7 @@ _MAX_CACHED_CLAUSES = 1000
 
 
 def count_matches_by_category(
-    side_matches: Iterable[ClauseComparison],
+    clause_comparisons: Iterable[ClauseComparison],
     predicates_of_clauses: Mapping[str, PredicatesInClause],
     *,
     count_clauses: bool,
@@ -35,13 +35,13 @@ def count_matches_by_category(
     """Return the numbers of matched, additional and missing clauses for each category that has any.
 
     Args:
-        side_matches: matched, additional and missing clauses of preconditions, or of effects.
+        clause_comparisons: matched, additional and missing clauses of preconditions, or of effects.
         predicates_of_clauses: mapping from the text of a clause to its predicates.
         count_clauses: True to count clauses, False to count predicates with a category. A clause counts once
             in each category of its predicates, including `OTHER`, and once in `ALL`.
     """
     counts: dict[str, list[int]] = {}
-    for side in side_matches:
+    for side in clause_comparisons:
         for index, side_clauses in enumerate((side.matched, side.additional, side.missing)):
             for clause in side_clauses:
                 for name in predicates_of_clauses[clause].categories:
@@ -190,7 +190,7 @@ def _describe_clause_differences(
         missing_any = of_condition is not None and of_condition.missing_any
         additional_any = of_condition is not None and of_condition.additional_any
         lost = _format_clauses(clauses.missing, are_alternatives=missing_any)
-        if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
+        if report.status is OperatorComparisonStatus.UNREADABLE or f"{side} of {report.name}" in unread:
             if clauses.missing:
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
             continue

@@ -25,7 +25,7 @@ from eai.tasks.task import PredicateCategory
 from eai.world.fault import FaultKind
 
 
-class OperatorStatus(str, Enum):
+class OperatorComparisonStatus(str, Enum):
     """Whether an operator was compared with the gold operator, or why it was not."""
 
     COMPARED = "compared"
@@ -51,7 +51,7 @@ class OperatorReport:
     """
 
     name: str
-    status: OperatorStatus
+    status: OperatorComparisonStatus
     precondition: ClauseComparison = NO_MATCH
     effect: ClauseComparison = NO_MATCH
     offences: tuple[PddlFinding, ...] = ()
@@ -131,7 +131,7 @@ class OperatorVerdict(Verdict):
         return self.planner_name
 
     @property
-    def outcome_of_second_planner(self) -> str | None:
+    def outcome_of_fallback_planner(self) -> str | None:
         """Outcome of the planner that ran after the built-in search; None if that search gave the result."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
@@ -150,7 +150,7 @@ class OperatorVerdict(Verdict):
         """Return the number of faults by kind: unreadable and hallucinated operators, and other defects."""
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
-            if report.status is OperatorStatus.COMPARED:
+            if report.status is OperatorComparisonStatus.COMPARED:
                 faults.update(
                     [_FAULT_BY_VIOLATION.get(f.offence, FaultKind.PARSING) for f in report.offences]
                 )
@@ -158,8 +158,8 @@ class OperatorVerdict(Verdict):
 
 
 _STATUS_FAULTS = {
-    OperatorStatus.UNREADABLE: FaultKind.PARSING,
-    OperatorStatus.HALLUCINATED: FaultKind.HALLUCINATION,
+    OperatorComparisonStatus.UNREADABLE: FaultKind.PARSING,
+    OperatorComparisonStatus.HALLUCINATED: FaultKind.HALLUCINATION,
 }
 
 

@@ -17,7 +17,11 @@ from typing import ClassVar
 
 from eai.abilities.notation.goals import GoalAlternatives, JsonGoalNotation, SpellingAndArity
 from eai.abilities.notation.plans import JsonPlanNotation
-from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_subgoals_in_output_list
+from eai.abilities.notation.subgoals import (
+    SubgoalNotation,
+    WrittenSubgoals,
+    read_subgoals_from_json_output_list,
+)
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
@@ -176,7 +180,7 @@ class BehaviorSubgoalNotation(SubgoalNotation):
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
-        written = read_subgoals_in_output_list(text, frozenset())
+        written = read_subgoals_from_json_output_list(text, frozenset())
         if isinstance(written, Unreadable):
             return written
         subgoals = tuple(map(_normalize_subgoal, written.subgoals))

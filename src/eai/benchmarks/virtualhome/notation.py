@@ -20,7 +20,11 @@ from eai.abilities.notation.goals import (
     WrittenGoals,
     make_goal_sections_format,
 )
-from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_subgoals_in_output_list
+from eai.abilities.notation.subgoals import (
+    SubgoalNotation,
+    WrittenSubgoals,
+    read_subgoals_from_json_output_list,
+)
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
@@ -223,7 +227,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
         Actions without objects need no brackets.
         """
-        return read_subgoals_in_output_list(text, self._alone, ("actions_to_include",))
+        return read_subgoals_from_json_output_list(text, self._alone, ("actions_to_include",))
 
     def join(self, answer_parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""

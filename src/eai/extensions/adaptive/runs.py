@@ -104,7 +104,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.has_standard_rules_and_no_study
+            and run.key.has_standard_rules_and_no_study_options
             and RunTotals.from_records(run.records).coverage.is_complete_enough_for_ranking
         ):
             tables.add_records(run.records)

@@ -65,7 +65,9 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
     """
     metadata = _PublicationMetadata.read_file(metadata_file)
     plain = [
-        run for run in runs if run.key.has_standard_rules_and_no_study and run.key.model in metadata.models
+        run
+        for run in runs
+        if run.key.has_standard_rules_and_no_study_options and run.key.model in metadata.models
     ]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run)

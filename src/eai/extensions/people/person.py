@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from itertools import groupby
 from operator import attrgetter
 
-from eai.abilities.declining import list_commands_that_decline_task
+from eai.abilities.declining import list_agent_commands_declining_task
 from eai.agents.command import DONE, LOOK
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
@@ -116,7 +116,7 @@ def normalize_command(line: str, operators: Sequence[str]) -> str:
 
 
 def _list_operator_names(setup: GameSetup) -> list[str]:
-    return [*setup.domain.operator_arities, DONE, LOOK, *list_commands_that_decline_task(setup.task)]
+    return [*setup.domain.operator_arities, DONE, LOOK, *list_agent_commands_declining_task(setup.task)]
 
 
 def _list_possible_actions_with_words(game: RecordedGame, words: Sequence[str]) -> Iterator[str]:

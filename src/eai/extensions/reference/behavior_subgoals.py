@@ -21,7 +21,7 @@ from typing import TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import (
     ActionSequence,
-    CompiledAnswer,
+    CompiledSubgoalAnswer,
     RejectedAnswer,
     SubgoalPlanner,
     SubgoalPlanningResult,
@@ -214,7 +214,7 @@ class BehaviorSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
         super().__init__(task, domain, _BehaviorSubgoalNotation(), goals=goals, limits=limits)
         self.excluded = None
 
-    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledSubgoalAnswer | RejectedAnswer:
         """Return an answer's subgoals as a program, or why the answer is rejected.
 
         A program is a list of instructions, which the search for executions follows.

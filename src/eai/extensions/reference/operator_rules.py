@@ -58,7 +58,7 @@ from eai.abilities.transition_modeling.rules import (
     OperatorScoringRules,
     ReplacedPart,
 )
-from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.verdict import OperatorComparisonStatus, OperatorReport
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import make_task_imitating_planner_of_2024, read_operator
 from eai.logic.matching import find_maximum_matching
@@ -180,7 +180,7 @@ class EaiEvalOperatorScoringRules(OperatorScoringRules):
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
             _compare_operators(
-                replace(operator, precondition="()", effect="()"), operator, OperatorStatus.MISSING
+                replace(operator, precondition="()", effect="()"), operator, OperatorComparisonStatus.MISSING
             )
             for operator in gold
         ]
@@ -215,7 +215,7 @@ class EaiEvalOperatorScoringRules(OperatorScoringRules):
 
     def _make_operator_report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
-            return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
+            return OperatorReport(operator.name, OperatorComparisonStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
         return self.reports.get_or_compute(
             operator, operator.text_length, lambda: _compare_operators(operator, gold)
@@ -250,7 +250,9 @@ class EaiEvalOperatorScoringRules(OperatorScoringRules):
 
 
 def _compare_operators(
-    written: OperatorText, gold: OperatorText, status: OperatorStatus = OperatorStatus.COMPARED
+    written: OperatorText,
+    gold: OperatorText,
+    status: OperatorComparisonStatus = OperatorComparisonStatus.COMPARED,
 ) -> OperatorReport:
     precondition = compare_clauses_like_published_code(written.precondition, gold.precondition)
     return OperatorReport(

@@ -19,7 +19,7 @@ from random import Random
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
-    CompiledAnswer,
+    CompiledSubgoalAnswer,
     ExecuteSubgoalPlansInstruction,
     Instruction,
     RejectedAnswer,
@@ -30,7 +30,7 @@ from eai.abilities.subgoal_decomposition.program import (
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
-from eai.abilities.subgoal_decomposition.search import ExecutionBranch, ExplorationResult
+from eai.abilities.subgoal_decomposition.search import ExplorationResult, SubgoalExecutionBranch
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
@@ -62,7 +62,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
     (``subgoal_eval_utils.py``).
     """
 
-    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledSubgoalAnswer | RejectedAnswer:
         """Return an answer's subgoals as a program, or why the answer is rejected.
 
         A program is a list of instructions. The search for executions follows it through all its branches.
@@ -83,7 +83,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         literals = draw_disjuncts_and_list_literals(formula, rng)
         if literals is None:
             return reject_unparseable("the reference cannot make a plan of this formula")
-        return CompiledAnswer(tuple(literals), self._compile_literals_into_search_program(literals))
+        return CompiledSubgoalAnswer(tuple(literals), self._compile_literals_into_search_program(literals))
 
     @abstractmethod
     def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
@@ -121,7 +121,9 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
-    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(
+        self, compiled: CompiledSubgoalAnswer
+    ) -> ExplorationResult | RejectedAnswer:
         """Search the ways to execute an answer's subgoals.
 
         If eai-eval raises an exception in any branch of the search, the answer is rejected.
@@ -136,7 +138,9 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         halting = next(filter(self.raises_exception_in_eai_eval, faults), None)
         return outcome if halting is None else reject_unparseable(halting.check.reason)
 
-    def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
+    def _judge_exploration(
+        self, compiled: CompiledSubgoalAnswer, outcome: ExplorationResult
+    ) -> SubgoalVerdict:
         verdict = super()._judge_exploration(compiled, outcome)
         entries = Counter(kind for kind in verdict.errors if kind in _KINDS_COUNTED_SEVERAL_TIMES)
         if verdict.additional_steps:
@@ -145,7 +149,9 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
             entries.clear()
         return _set_counted_errors(verdict, entries)
 
-    def _select_execution_branches_to_judge(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
+    def _select_execution_branches_to_judge(
+        self, outcome: ExplorationResult
+    ) -> tuple[SubgoalExecutionBranch, ...]:
         """Return only the branch of the search that eai-eval reports, even if others reach more goals."""
         return (outcome.reported,)
 

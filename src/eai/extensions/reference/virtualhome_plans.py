@@ -208,7 +208,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         reached = verdict.goals_satisfied
         if self._summary_goals is not self.goals:
             reached = self._summary_goals.evaluate_each_goal(
-                execution.trajectory.final_state, execution.taken_actions
+                execution.trajectory.final_state, execution.names_of_all_executed_actions
             )
         additional = execution.trajectory.needless_step_count
         if reached == verdict.goals_satisfied and additional < 2:

@@ -20,7 +20,7 @@ from random import Random
 
 from eai.abilities.subgoal_decomposition.program import (
     ActionSequence,
-    CompiledAnswer,
+    CompiledSubgoalAnswer,
     RejectedAnswer,
     SubgoalPlanner,
     SubgoalPlanningResult,
@@ -155,7 +155,9 @@ class VirtualHomeSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
     def _make_goal_progress(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
 
-    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(
+        self, compiled: CompiledSubgoalAnswer
+    ) -> ExplorationResult | RejectedAnswer:
         if self.temporal_goal is None:
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)

@@ -591,7 +591,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.has_standard_rules_and_no_study}
+    models = {item.key.model for item in runs if not item.key.has_standard_rules_and_no_study_options}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None

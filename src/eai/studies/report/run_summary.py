@@ -58,7 +58,7 @@ def select_runs_without_study_or_rule_change(runs: Sequence[RunSummary]) -> list
 
     Only these are ranked and compared with the paper.
     """
-    return [item for item in runs if item.key.has_standard_rules_and_no_study]
+    return [item for item in runs if item.key.has_standard_rules_and_no_study_options]
 
 
 def summarize_run(run: Run) -> RunSummary:
