@@ -85,7 +85,7 @@ def test_preferred_actions_are_possible_at_once() -> None:
     supporter = estimates.find_cheapest_action_of_operators(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredActionCollector(HEURISTIC, estimates)
-    found.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
+    found.collect_action_or_actions_for_prerequisites(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
     assert estimates.find_cheapest_action_of_operators(("FLY",)).cost == INFINITE
 

@@ -45,7 +45,9 @@ def repairer_and_gold(
 def lacking(repairer: FewestEditsPlanRepairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
     landmarks, least = repairer.make_landmarks_for_repair_of(plan), -1
-    while (now := landmarks.count_min_actions_for_cuts(landmarks.get_mask_of_cuts_missed_by(plan))) > least:
+    while (
+        now := landmarks.compute_lower_bound_of_hitting_set_size(landmarks.get_mask_of_cuts_missed_by(plan))
+    ) > least:
         least = now
         landmarks.add_cuts_missed_by(frozenset(plan), SearchEffort(2_000))
     return landmarks, least

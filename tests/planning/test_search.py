@@ -22,7 +22,7 @@ def find_path(goal: str, limit: float = 10) -> SearchNode[str, str] | SearchEndR
             if cost < costs.get(state, 100):
                 costs[state] = cost
                 waiting.push(SearchNode(state, 0, node.depth + 1, node, (state,)), cost)
-        return SearchEndReason.STATES if effort.is_used_up else None
+        return SearchEndReason.STATES if effort.is_limit_reached else None
 
     return run_best_first_search(waiting.pop, visit)
 

@@ -200,9 +200,7 @@ def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
 def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled_operators["CLEAN"], trajectory.states[0]
-    left = operator.find_failed_alternative_ways_to_act(
-        start, trajectory.final_state, operator.bind(start, ())
-    )
+    left = operator.find_failed_operator_alternatives(start, trajectory.final_state, operator.bind(start, ()))
     assert [each.check.reason for each in left] == undone
 
 

@@ -101,7 +101,10 @@ class PlanRepairer:
         if edits is None:
             return SmallestPlanRepair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
+        if (
+            at_least == len(edits) == 1
+            and not repairer.change_finder.has_operator_with_too_many_actions_to_list
+        ):
             return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
         told = tuple([self._convert_plan_edit_to_readable_edit(edit, plan, steps) for edit in edits])
         return SmallestPlanRepair(at_least, len(told), edits=told, effort=effort.used)

@@ -151,7 +151,7 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternative_ways_to_act(
+    undone = operator.find_failed_operator_alternatives(
         before, after, operator.bind(before, action.arguments)
     )
     return "; ".join(

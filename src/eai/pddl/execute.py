@@ -137,7 +137,9 @@ class _ConditionEvaluatorInState:
             body, variable.name, inner, True, self._find_possible_values_of_argument
         )
         names = [name for name in members if candidates is None or name in candidates]
-        return ({**inner, variable.name: name} for name in self._looks.take_objects_within_limit(names))
+        return (
+            {**inner, variable.name: name} for name in self._looks.yield_objects_until_effort_limit(names)
+        )
 
     def _is_predicate_true(self, predicate: str, arguments: _Arguments) -> bool:
         if predicate not in self._axioms:

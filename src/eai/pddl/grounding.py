@@ -156,7 +156,7 @@ class Grounder:
             stack = [
                 extended
                 for binding in stack
-                for name in self._looks.take_objects_within_limit(
+                for name in self._looks.yield_objects_until_effort_limit(
                     candidates if parameter.name in mentioned else candidates[:1]
                 )
                 if self._are_initial_facts(
@@ -291,7 +291,7 @@ class Grounder:
         next.
         """
         inner, slot = {**binding}, variable.name
-        for inner[slot] in self._looks.take_objects_within_limit(
+        for inner[slot] in self._looks.yield_objects_until_effort_limit(
             self._objects[m.get_variable_type(variable)]
         ):
             yield inner

@@ -93,9 +93,9 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        with_subgoals_outside_atom: whether the effect's conditions on operator parameters outside the atom
-            become subgoals, which other actions may establish. If False, only conditions whose variables are
-            all in the atom become subgoals.
+        with_subgoals_on_parameters_not_in_atom: whether the effect's conditions on operator parameters
+            outside the atom become subgoals, which other actions may establish. If False, only conditions
+            whose variables are all in the atom become subgoals.
 
     Attributes:
         schema: the effect.
@@ -107,7 +107,11 @@ class Achiever:
     """
 
     def __init__(
-        self, schema: EffectSchema, vocabulary: Vocabulary, *, with_subgoals_outside_atom: bool = False
+        self,
+        schema: EffectSchema,
+        vocabulary: Vocabulary,
+        *,
+        with_subgoals_on_parameters_not_in_atom: bool = False,
     ) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
@@ -116,7 +120,7 @@ class Achiever:
         self._joins: dict[tuple[str, ...], tuple[_UnboundVariableBinder, _UnboundVariableBinder]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
         own_conditions = _find_conditions_that_become_subgoals(
-            schema, with_subgoals_outside_atom=with_subgoals_outside_atom
+            schema, with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom
         )
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
@@ -157,18 +161,22 @@ class Achiever:
         )
 
     def make_partial_variable_binding(
-        self, scene: Scene, scope: Mapping[str, int], *, only_static_conditions: bool = False
+        self,
+        scene: Scene,
+        object_by_bound_variable: Mapping[str, int],
+        *,
+        only_static_conditions: bool = False,
     ) -> _PartialVariableBinding:
         """Return a binding of some variables, with a procedure that finds objects for all other variables.
 
         Args:
             scene: the objects.
-            scope: mapping from the variables that have an object already to these objects.
+            object_by_bound_variable: mapping from the variables that have an object already to these objects.
             only_static_conditions: whether the procedure tests only conditions on facts that no action
                 changes. Its results then hold in all states of an episode.
         """
         names = self.schema.variables
-        unbound = tuple([name for name in names if name not in scope])
+        unbound = tuple([name for name in names if name not in object_by_bound_variable])
         joins = self._joins.get(unbound)
         if joins is None:
             joins = (
@@ -177,7 +185,9 @@ class Achiever:
             )
             self._joins[unbound] = joins
         return _PartialVariableBinding(
-            self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]),
+            self._frame.bind_arguments(
+                scene, [object_by_bound_variable.get(name, UNBOUND) for name in names]
+            ),
             joins[only_static_conditions],
         )
 
@@ -318,27 +328,32 @@ class AchieversByPredicate:
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def find_achievers(
-        self, predicate: str, *, adding: bool, with_subgoals_outside_atom: bool = False
+        self, predicate: str, *, adding: bool, with_subgoals_on_parameters_not_in_atom: bool = False
     ) -> Sequence[Achiever]:
         """Return the effects (`Achiever`) that make atoms of a predicate true, or false, simplest first.
 
         Effects are sorted by the number of variables outside the atom, then by the number of conditions. With
-        ``with_subgoals_outside_atom``, a condition on operator parameters outside the atom becomes a subgoal
-        if it fails. Then only effects with such a condition are returned.
+        ``with_subgoals_on_parameters_not_in_atom``, a condition on operator parameters outside the atom
+        becomes a subgoal if it fails. Then only effects with such a condition are returned.
         """
-        return self._compiled(predicate, adding, with_subgoals_outside_atom)
+        return self._compiled(predicate, adding, with_subgoals_on_parameters_not_in_atom)
 
     def _compile_achievers(
-        self, predicate: str, adding: bool, with_subgoals_outside_atom: bool
+        self, predicate: str, adding: bool, with_subgoals_on_parameters_not_in_atom: bool
     ) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
         suitable = [
             schema
             for schema in schemas
-            if not with_subgoals_outside_atom or _has_subgoals_outside_atom(schema, self._vocabulary)
+            if not with_subgoals_on_parameters_not_in_atom
+            or _has_subgoals_on_parameters_not_in_atom(schema, self._vocabulary)
         ]
         achievers = [
-            Achiever(schema, self._vocabulary, with_subgoals_outside_atom=with_subgoals_outside_atom)
+            Achiever(
+                schema,
+                self._vocabulary,
+                with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom,
+            )
             for schema in suitable
         ]
         return sorted(achievers, key=_make_complexity_sort_key)
@@ -387,16 +402,17 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 
 
 def _find_conditions_that_become_subgoals(
-    schema: EffectSchema, *, with_subgoals_outside_atom: bool
+    schema: EffectSchema, *, with_subgoals_on_parameters_not_in_atom: bool
 ) -> list[f.Formula]:
     """Return the conditions of an effect that become subgoals if they do not hold.
 
     These are the conditions whose variables are all in the effect's atom. With
-    ``with_subgoals_outside_atom``, they also include conditions on the operator's other parameters.
+    ``with_subgoals_on_parameters_not_in_atom``, they also include conditions on the operator's other
+    parameters.
     """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
-    if with_subgoals_outside_atom:
+    if with_subgoals_on_parameters_not_in_atom:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
         conditions += [
             c for c in schema.conditions if c not in conditions and find_free_variables(c) <= variables
@@ -404,11 +420,13 @@ def _find_conditions_that_become_subgoals(
     return conditions
 
 
-def _has_subgoals_outside_atom(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _find_conditions_that_become_subgoals(schema, with_subgoals_outside_atom=False)
+def _has_subgoals_on_parameters_not_in_atom(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    own_conditions = _find_conditions_that_become_subgoals(
+        schema, with_subgoals_on_parameters_not_in_atom=False
+    )
     others = [
         c
-        for c in _find_conditions_that_become_subgoals(schema, with_subgoals_outside_atom=True)
+        for c in _find_conditions_that_become_subgoals(schema, with_subgoals_on_parameters_not_in_atom=True)
         if c not in own_conditions
     ]
     return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
@@ -513,7 +531,7 @@ class _GroundAction:
         failing = [index for index, (_, holds) in tests if not holds(state, binding)]
         return [self._get_condition(index) for index in failing] if failing else ()
 
-    def allow_caching_of_test_results(self, actions_by_fact: _ActionsByConditionFact) -> None:
+    def enable_caching_of_condition_tests(self, actions_by_fact: _ActionsByConditionFact) -> None:
         """Let test results of the action be cached, if each condition is about one stored fact.
 
         Caching other results would cost more. ``actions_by_fact`` maps a fact to the actions whose conditions
@@ -637,7 +655,7 @@ class _PartlyBoundAchiever:
 
     def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
-        action.allow_caching_of_test_results(self._readers)
+        action.enable_caching_of_condition_tests(self._readers)
         return action
 
 
@@ -680,25 +698,29 @@ class _AtomAchieverFinder:
         )
 
     def find_achievers_of_atom(
-        self, atom: GroundAtom, *, with_subgoals_outside_atom: bool = False
+        self, atom: GroundAtom, *, with_subgoals_on_parameters_not_in_atom: bool = False
     ) -> Sequence[_PartlyBoundAchiever]:
         """Return the achievers of an atom, simplest first: the effects that can make the atom true, or false.
 
         The atom's predicate is stored. The objects of the atom are bound to the variables of each effect.
         """
-        matches = self._found.get((atom, with_subgoals_outside_atom))
+        matches = self._found.get((atom, with_subgoals_on_parameters_not_in_atom))
         if matches is None:
-            matches = self._found[atom, with_subgoals_outside_atom] = self._compute_achievers_of_atom(
-                atom, with_subgoals_outside_atom=with_subgoals_outside_atom
+            matches = self._found[atom, with_subgoals_on_parameters_not_in_atom] = (
+                self._compute_achievers_of_atom(
+                    atom, with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom
+                )
             )
         return matches
 
     def _compute_achievers_of_atom(
-        self, atom: GroundAtom, *, with_subgoals_outside_atom: bool
+        self, atom: GroundAtom, *, with_subgoals_on_parameters_not_in_atom: bool
     ) -> Sequence[_PartlyBoundAchiever]:
         matches: list[_PartlyBoundAchiever] = []
         for achiever in self._achievers.find_achievers(
-            atom.predicate, adding=atom.truth, with_subgoals_outside_atom=with_subgoals_outside_atom
+            atom.predicate,
+            adding=atom.truth,
+            with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom,
         ):
             scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
             if scope is not None:

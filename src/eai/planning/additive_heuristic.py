@@ -29,7 +29,7 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """Function that returns the cost of a condition: the estimated number of actions that make it true."""
 
 
-def choose_cheapest_exact_number(
+def choose_cheapest_subgoals_for_exact_count(
     number: int, conditions: Sequence[Subgoal], cost: Cost
 ) -> list[Subgoal] | None:
     """Choose ``number`` of some conditions: the cheapest ones, together with the negations of all others.
@@ -42,11 +42,11 @@ def choose_cheapest_exact_number(
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def make_cost_minus_negation_sort_key(condition_index: int) -> tuple[bool, float]:
+    def make_extra_cost_over_negation_sort_key(condition_index: int) -> tuple[bool, float]:
         own_cost = cost(conditions[condition_index])
         return own_cost == float("inf"), own_cost - cost(opposites[condition_index])
 
-    order = sorted(range(len(conditions)), key=make_cost_minus_negation_sort_key)
+    order = sorted(range(len(conditions)), key=make_extra_cost_over_negation_sort_key)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
@@ -85,7 +85,7 @@ _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, INFINIT
 """Limits of the cost of actions, tried in this order so that actions of low cost are found first."""
 
 
-def _round_up_cost_limit(limit: float) -> float:
+def _round_up_to_predefined_cost_limit(limit: float) -> float:
     """Return the lowest of `_HORIZONS` that is at least a cost limit.
 
     If fewer different limits are in use, fewer estimates must be cached.
@@ -152,7 +152,7 @@ class _SubgoalSplitter:
         formula, scope, truth = subgoal
         return self._evaluator.holds(formula, scope, self._state) == truth
 
-    def ground_atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
+    def ground_atom_of_subgoal(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """Return a subgoal's atom with objects in place of its terms."""
         arguments = find_object_indices_of_arguments(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
@@ -177,7 +177,7 @@ class _SubgoalSplitter:
                         else self._find_objects_usable_by_actions(variable)
                     )
                     return OrNode(self._make_subgoals_for_values(variable, body, scope, truth, values))
-                violating = self._find_values_with_wrong_truth(variable, body, scope, truth)
+                violating = self._find_counterexample_values(variable, body, scope, truth)
                 return AndNode(self._make_subgoals_for_values(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
                 return ExactCountNode(
@@ -187,7 +187,7 @@ class _SubgoalSplitter:
                     ),
                 )
             case f.ForPairs() if truth:
-                return self._make_subgoal_table_for_pairs(formula, scope)
+                return self._make_matching_node_of_pair_subgoals(formula, scope)
             case _:
                 return None
 
@@ -217,7 +217,7 @@ class _SubgoalSplitter:
         }
         return [i for i in usable if i in promising] or usable
 
-    def _find_values_with_wrong_truth(
+    def _find_counterexample_values(
         self, variable: f.Variable, body: f.Formula, scope: Scope, wanted_truth: bool
     ) -> list[int]:
         holding = self._evaluator.find_witnesses(variable, body, scope, self._state)
@@ -226,7 +226,7 @@ class _SubgoalSplitter:
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _make_subgoal_table_for_pairs(
+    def _make_matching_node_of_pair_subgoals(
         self, formula: f.ForPairs, scope: Scope
     ) -> BipartiteMatchingNode[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
@@ -290,7 +290,7 @@ class CostEstimates:
         self._looks = looks or SearchEffort()
         self._unfolding = _SubgoalSplitter(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
-        self.atom = self._unfolding.ground_atom
+        self.atom = self._unfolding.ground_atom_of_subgoal
         self._protected = [condition for condition in protected_subgoals if self.holds(condition)]
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
@@ -333,14 +333,18 @@ class CostEstimates:
 
     def split_into_cheapest_literal_subgoals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """Return literals that together establish a condition, by the cheapest choice in each disjunction."""
-        parts = None if isinstance(subgoal.formula, f.Atom) else self.split_into_cheapest_parts(subgoal)
+        parts = (
+            None
+            if isinstance(subgoal.formula, f.Atom)
+            else self.split_into_cheapest_sufficient_parts(subgoal)
+        )
         return (
             (subgoal,)
             if parts is None
             else tuple([c for part in parts for c in self.split_into_cheapest_literal_subgoals(part)])
         )
 
-    def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
+    def split_into_cheapest_sufficient_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """Return the cheapest parts that together establish a condition.
 
         Costs are estimated numbers of actions. Return None if no choice of parts establishes the condition,
@@ -361,7 +365,7 @@ class CostEstimates:
         """
         if isinstance(subgoal.formula, f.Atom) and subgoal.formula.predicate not in self._heuristic.derived:
             return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
-        parts = self.split_into_cheapest_parts(subgoal) or ()
+        parts = self.split_into_cheapest_sufficient_parts(subgoal) or ()
         return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
     def find_cheapest_disjuncts(self, subgoal: Subgoal) -> Sequence[Subgoal]:
@@ -376,19 +380,20 @@ class CostEstimates:
 
         The cost is infinite if no action costs less than ``limit``. An action does not count if one of its
         conditions can be established only after the atom. If a search without a cost limit finds no action,
-        it is repeated with ``with_subgoals_outside_atom`` (see `AchieversByPredicate.find_achievers`).
+        it is repeated with ``with_subgoals_on_parameters_not_in_atom`` (see
+        `AchieversByPredicate.find_achievers`).
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
-            if atom.predicate in self._heuristic.static or self._is_computation_needless(atom, limit):
+            if atom.predicate in self._heuristic.static or self._would_find_no_cost_below_limit(atom, limit):
                 return _NO_SUPPORTER
-            horizon = _round_up_cost_limit(limit)
-            before = self._begin_cost_computation(atom)
+            horizon = _round_up_to_predefined_cost_limit(limit)
+            before = self._begin_cost_computation_and_save_values(atom)
             best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
             if best.action is None and horizon == INFINITE:
-                best = self._find_cheaper_action(atom, best, with_subgoals_outside_atom=True)
+                best = self._find_cheaper_action(atom, best, with_subgoals_on_parameters_not_in_atom=True)
             supporter = _NO_SUPPORTER if best.action is None else best
-            self._end_cost_computation(atom, supporter.cost, horizon, before)
+            self._end_cost_computation_and_store_cost(atom, supporter.cost, horizon, before)
             if best.action is not None:
                 self._supporters[atom] = best
         return supporter if supporter.cost < limit else _NO_SUPPORTER
@@ -398,7 +403,7 @@ class CostEstimates:
         target: GroundAtom | Sequence[str],
         best: _CheapestAction,
         *,
-        with_subgoals_outside_atom: bool = False,
+        with_subgoals_on_parameters_not_in_atom: bool = False,
     ) -> _CheapestAction:
         """Return the first of the cheapest actions that cost less than the action ``best``, else ``best``.
 
@@ -407,7 +412,7 @@ class CostEstimates:
         """
         matches = (
             self._matches.find_achievers_of_atom(
-                target, with_subgoals_outside_atom=with_subgoals_outside_atom
+                target, with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom
             )
             if isinstance(target, GroundAtom)
             else self._matches.get_achievers_of_operators(target)
@@ -445,17 +450,17 @@ class CostEstimates:
                 return self._compute_cost_of_parts(subgoal, limit)
         cost = self._costs.get(key, INFINITE)
         if cost == INFINITE:
-            if self._is_computation_needless(key, limit):
+            if self._would_find_no_cost_below_limit(key, limit):
                 return INFINITE
-            horizon = _round_up_cost_limit(limit)
-            before = self._begin_cost_computation(key)
+            horizon = _round_up_to_predefined_cost_limit(limit)
+            before = self._begin_cost_computation_and_save_values(key)
             cost = self._compute_cost_of_parts(subgoal, horizon)
-            self._end_cost_computation(key, cost, horizon, before)
+            self._end_cost_computation_and_store_cost(key, cost, horizon, before)
             if cost < INFINITE:
                 self._costs[key] = cost
         return cost if cost < limit else INFINITE
 
-    def _is_computation_needless(self, key: _ConditionKey, limit: float) -> bool:
+    def _would_find_no_cost_below_limit(self, key: _ConditionKey, limit: float) -> bool:
         """Whether the cost of a condition is not computed: it would not be found below ``limit``.
 
         There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
@@ -469,29 +474,29 @@ class CostEstimates:
         self._cut_depth = min(self._cut_depth, self._open.get(key, _MAX_DEPTH))
         return True
 
-    def _begin_cost_computation(self, key: _ConditionKey) -> tuple[int, int]:
-        """Mark the cost of a condition as being computed. Return values for `_end_cost_computation`."""
+    def _begin_cost_computation_and_save_values(self, key: _ConditionKey) -> tuple[int, int]:
+        """Mark the cost of a condition as being computed. Return values for `_end_cost_computation_and_store_cost`."""
         self._causes.pop(key, None)
         self._open[key] = len(self._open)
         before = self._cut_depth, len(self._uncertain)
         self._cut_depth = _MAX_DEPTH
         return before
 
-    def _end_cost_computation(
-        self, key: _ConditionKey, cost: float, cost_limit: float, values_at_begin: tuple[int, int]
+    def _end_cost_computation_and_store_cost(
+        self, key: _ConditionKey, cost: float, cost_limit: float, values_saved_at_begin: tuple[int, int]
     ) -> None:
         """Store the cost of a condition; an infinite cost means that no cost below ``cost_limit`` was found.
 
         Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
         If that condition gets a finite cost, the failure proves only that no cost is below this cost plus
-        one. ``values_at_begin`` is the result of `_begin_cost_computation`.
+        one. ``values_saved_at_begin`` is the result of `_begin_cost_computation_and_save_values`.
         """
         depth = self._open.pop(key)
-        cut, self._cut_depth = self._cut_depth, values_at_begin[0]
+        cut, self._cut_depth = self._cut_depth, values_saved_at_begin[0]
         if cut < depth:
             self._causes[key] = next(islice(self._open, cut, None))
         if cost < INFINITE:
-            for other in self._uncertain[values_at_begin[1] :]:
+            for other in self._uncertain[values_saved_at_begin[1] :]:
                 self._failed_limits[other] = min(self._failed_limits[other], cost + _MIN_COST)
             return
         self._failed_limits[key] = cost_limit
@@ -499,7 +504,7 @@ class CostEstimates:
             self._uncertain.append(key)
             self._cut_depth = min(self._cut_depth, cut)
         else:
-            del self._uncertain[values_at_begin[1] :]
+            del self._uncertain[values_saved_at_begin[1] :]
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, f.Atom):
@@ -557,7 +562,7 @@ class CostEstimates:
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
             case ExactCountNode(number, conditions):
-                return choose_cheapest_exact_number(number, conditions, self.estimate)
+                return choose_cheapest_subgoals_for_exact_count(number, conditions, self.estimate)
             case BipartiteMatchingNode(number, cells):
                 return choose_cells_in_distinct_rows_and_columns(number, cells, self.estimate)
 

@@ -36,7 +36,7 @@ from eai.world.state import State
 ChangeSet: TypeAlias = frozenset[FactChange]
 """Set of changes of facts: at least one of them must happen. If the set is empty, no change can help."""
 
-UndoesWantedChange: TypeAlias = bool
+StepUndoesWantedChange: TypeAlias = bool
 """A truth value: whether a step makes the opposite of a wanted change of a fact."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
@@ -130,7 +130,7 @@ class NecessaryChangeFinder:
         if all_makers is None:
             unread = [
                 a
-                for name in self._get_operators_with_effects_lacking_schema(change)
+                for name in self._get_operators_with_incomplete_effect_schemas(change)
                 for a in self.get_actions_of_operator(name)
             ]
             makers = [
@@ -148,7 +148,7 @@ class NecessaryChangeFinder:
         """
         yield from (
             (self.get_actions_of_operator(name), [])
-            for name in self._get_operators_with_effects_lacking_schema(change)
+            for name in self._get_operators_with_incomplete_effect_schemas(change)
         )
         for schema, scope, actions in self._find_schemas_making_change(change):
             names = [parameter.name for parameter in schema.operator.parameters]
@@ -163,7 +163,7 @@ class NecessaryChangeFinder:
                 inner = scope | {names[i]: value for i, value in zip(positions, values, strict=True)}
                 yield group, [(condition, inner) for condition in conditions]
 
-    def _get_operators_with_effects_lacking_schema(self, change: FactChange) -> list[str]:
+    def _get_operators_with_incomplete_effect_schemas(self, change: FactChange) -> list[str]:
         """Return the names of the operators that may change a fact by an effect without an `EffectSchema`.
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
@@ -217,7 +217,7 @@ class NecessaryChangeFinder:
         return all_actions
 
     @cached_property
-    def has_too_many_actions(self) -> bool:
+    def has_operator_with_too_many_actions_to_list(self) -> bool:
         """Whether an operator has too many actions to list.
 
         Then no minimum number of edits of a plan is proved.
@@ -270,8 +270,8 @@ class NecessaryChangeFinder:
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def find_changes_before_step_for_wanted_change(
-        self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
-    ) -> tuple[ChangeSet, UndoesWantedChange]:
+        self, step: Action, state: State, wanted_change: FactChange, *, is_step_executed: bool
+    ) -> tuple[ChangeSet, StepUndoesWantedChange]:
         """Return earlier changes of facts that may let a step make, or not undo, a wanted change.
 
         The returned changes come before the step. A step undoes the wanted change by making the opposite
@@ -281,13 +281,13 @@ class NecessaryChangeFinder:
             step: the step.
             state: the state before the step.
             wanted_change: the change that the step should make and not undo.
-            is_executed: whether the step is executed in this state, not skipped.
+            is_step_executed: whether the step is executed in this state, not skipped.
         """
         earlier_changes: set[FactChange] = set()
         undoes = False
         for schema, scope, helps in self._find_effects_making_or_undoing(step, wanted_change):
-            if helps and not is_executed:
-                return self.find_changes_toggling_need_for_step(step, state, is_executed=False), False
+            if helps and not is_step_executed:
+                return self.find_changes_toggling_need_for_step(step, state, is_step_executed=False), False
             tried = schema.checks if schema.operator.alternatives else ()
             conditions = (*schema.conditions, *tried)
             closed_parts = [(c, scope) for c in conditions if scope.keys() >= set(self.names(c))]
@@ -296,7 +296,7 @@ class NecessaryChangeFinder:
                 earlier_changes |= self._find_necessary_changes_for_parts(
                     closed_parts, state, True, all_needed=True
                 )
-            elif helps or (is_executed and not fails):
+            elif helps or (is_step_executed and not fails):
                 for condition in conditions:
                     if not scope.keys() >= set(self.names(condition)):
                         earlier_changes |= self.find_all_fact_changes_of_predicates_in(condition)
@@ -306,10 +306,10 @@ class NecessaryChangeFinder:
                         closed_parts, state, False, all_needed=False
                     )
         if undoes:
-            earlier_changes |= self.find_changes_toggling_need_for_step(step, state, is_executed=True)
+            earlier_changes |= self.find_changes_toggling_need_for_step(step, state, is_step_executed=True)
         return frozenset(earlier_changes), undoes
 
-    def get_changes_by_effects_without_schema(self, operator_name: str) -> ChangeSet:
+    def get_all_changes_if_schemas_are_incomplete(self, operator_name: str) -> ChangeSet:
         """Return all possible changes of facts if an operator's effect has no `EffectSchema`, else none."""
         names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
         return frozenset(self._find_changes_of_predicates(names))
@@ -338,7 +338,7 @@ class NecessaryChangeFinder:
         return effects
 
     def find_changes_toggling_need_for_step(
-        self, step: Action, state: State, *, is_executed: bool
+        self, step: Action, state: State, *, is_step_executed: bool
     ) -> ChangeSet:
         """Return the changes of facts that may turn an executed step into a skipped step, or the reverse.
 
@@ -347,8 +347,8 @@ class NecessaryChangeFinder:
         operator = self._domain.compiled_operators[step.operator].operator
         scope = operator.map_parameters(step.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
-        wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == is_executed]
-        return self._find_necessary_changes_for_parts(wrong, state, not is_executed, all_needed=False)
+        wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == is_step_executed]
+        return self._find_necessary_changes_for_parts(wrong, state, not is_step_executed, all_needed=False)
 
     def _match_schema(
         self, schema: EffectSchema, action: Action, change: FactChange
@@ -387,7 +387,7 @@ class NecessaryChangeFinder:
                 )
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    return self._find_necessary_changes_for_one_value(variable, body, scope, state, truth)
+                    return self._find_necessary_changes_for_some_object(variable, body, scope, state, truth)
                 holding = make_mask(self._readings.find_witnesses(variable, body, scope, state))
                 values = iterate_bits(
                     state.scene.get_category_mask(variable.category) & ~holding if truth else holding
@@ -395,7 +395,7 @@ class NecessaryChangeFinder:
                 instances = [(body, {**scope, variable.name: value}) for value in values]
                 return self._find_necessary_changes_for_parts(instances, state, truth, all_needed=True)
             case f.Atom():
-                return self._find_changes_of_atom(formula, scope, state, truth)
+                return self._find_necessary_changes_for_atom(formula, scope, state, truth)
             case f.Equals():
                 return _NOTHING
             case _:
@@ -426,7 +426,7 @@ class NecessaryChangeFinder:
                     break
         return best
 
-    def _find_necessary_changes_for_one_value(
+    def _find_necessary_changes_for_some_object(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
         """Return changes. At least one must happen before a quantified formula can have the value ``truth``.
@@ -476,7 +476,9 @@ class NecessaryChangeFinder:
             if change.predicate not in self._static:
                 yield change
 
-    def _find_changes_of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
+    def _find_necessary_changes_for_atom(
+        self, atom: f.Atom, scope: Scope, state: State, truth: bool
+    ) -> ChangeSet:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
         arguments = find_object_indices_of_arguments(atom, scope, self._initial.scene)

@@ -224,7 +224,7 @@ def find_changes_for_literal(
         find_object: function that returns the number of the object that a constant names, or None if it may
             be any object.
     """
-    return _replace_changes_of_derived_predicates([FactChange(*literal)], vocabulary, find_object)
+    return _replace_derived_changes_by_stored_changes([FactChange(*literal)], vocabulary, find_object)
 
 
 def find_changes_towards(
@@ -239,12 +239,12 @@ def find_changes_towards(
     A variable that ``scope`` maps to None may be any object. A derived predicate is replaced by the stored
     predicates that define it.
     """
-    return _replace_changes_of_derived_predicates(
+    return _replace_derived_changes_by_stored_changes(
         list(_find_atom_changes_towards_truth(formula, scope, truth, find_object)), vocabulary, find_object
     )
 
 
-def _replace_changes_of_derived_predicates(
+def _replace_derived_changes_by_stored_changes(
     pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
     """Replace changes of derived predicates by the changes of stored predicates that may cause them."""

@@ -37,7 +37,7 @@ _MAX_PAIRS = 64
 _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
 
-_MAX_CACHED_EXCLUSION_PROOFS = 64
+_MAX_CACHED_MUTUAL_EXCLUSION_PROOFS = 64
 """Maximum number of cached proofs of whether two facts exclude each other.
 
 Pairs of facts that differ only in their objects have common proofs.
@@ -55,7 +55,7 @@ _FactArgument: TypeAlias = int | str | None
 _ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
-class _FactWithOpenArguments(NamedTuple):
+class _FactPattern(NamedTuple):
     """A fact of a stored predicate; an argument that is None matches any object.
 
     If ``is_membership`` is true, the predicate is a category, and the fact is that an object belongs to it.
@@ -66,11 +66,11 @@ class _FactWithOpenArguments(NamedTuple):
     is_membership: bool = False
 
 
-_Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
+_Facts: TypeAlias = tuple[_FactPattern, ...]
 """Facts that a proof examines together. Each argument is a known object, or None for any object."""
 
 
-class _CachedExclusionProof(NamedTuple):
+class _CachedMutualExclusionProof(NamedTuple):
     """The result of a proof of whether two facts exclude each other. Other episodes may use it.
 
     Attributes:
@@ -109,7 +109,7 @@ class MutualExclusionRules:
         self.unread = {name for o in domain.operators for name in find_predicates_with_incomplete_schemas(o)}
         self.rivals = self._map_to_possibly_exclusive_predicates(domain)
         self.constants = self._find_constants(domain)
-        self.cached_proofs: dict[tuple[_Facts, tuple[int, ...]], list[_CachedExclusionProof]] = {}
+        self.cached_proofs: dict[tuple[_Facts, tuple[int, ...]], list[_CachedMutualExclusionProof]] = {}
 
     def make_mutual_exclusion_prover(self, initial: State) -> _MutualExclusionProver:
         """Return the object that proves which facts exclude each other in episodes from an initial state."""
@@ -190,30 +190,28 @@ class _MutualExclusionProver:
         answers = [
             (_replace_object_indices(facts, numbers), answer) for facts, answer in proof.answers.items()
         ]
-        cached_proofs.append(_CachedExclusionProof(tuple(answers), result))
-        del cached_proofs[:-_MAX_CACHED_EXCLUSION_PROOFS]
+        cached_proofs.append(_CachedMutualExclusionProof(tuple(answers), result))
+        del cached_proofs[:-_MAX_CACHED_MUTUAL_EXCLUSION_PROOFS]
         return result
 
     def _are_true_at_start_uncached(self, facts: _Facts) -> bool:
         return all(map(self._holds_at_start, facts))
 
-    def _holds_at_start(self, fact: _FactWithOpenArguments) -> bool:
+    def _holds_at_start(self, fact: _FactPattern) -> bool:
         match fact:
-            case _FactWithOpenArguments(category, (int(index),), True):
+            case _FactPattern(category, (int(index),), True):
                 return bool(self._initial.scene.get_category_mask(category) >> index & 1)
-            case _FactWithOpenArguments(predicate, (None,)):
+            case _FactPattern(predicate, (None,)):
                 return bool(self._initial.mask(predicate))
-            case _FactWithOpenArguments(predicate, (int(source), None)):
+            case _FactPattern(predicate, (int(source), None)):
                 return bool(self._initial.relation(predicate).row(source))
-            case _FactWithOpenArguments(predicate, (None, int(target))):
+            case _FactPattern(predicate, (None, int(target))):
                 return bool(self._initial.relation(predicate).column(target))
-            case _FactWithOpenArguments(predicate, (None, None)):
+            case _FactPattern(predicate, (None, None)):
                 return len(self._initial.relation(predicate)) > 0
-            case _FactWithOpenArguments(predicate, arguments) if None in arguments:
+            case _FactPattern(predicate, arguments) if None in arguments:
                 members = self._initial.get_tuple_set(predicate).members
-                return any(
-                    _matches_pattern(_FactWithOpenArguments(predicate, member), fact) for member in members
-                )
+                return any(_matches_pattern(_FactPattern(predicate, member), fact) for member in members)
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
@@ -275,9 +273,7 @@ class _InductiveMutualExclusionProof:
             self.answers[facts] = self._prover.are_true_at_start(facts)
         return self.answers[facts]
 
-    def _is_exclusion_true_at_start_and_kept(
-        self, one: _FactWithOpenArguments, other: _FactWithOpenArguments
-    ) -> bool:
+    def _is_exclusion_true_at_start_and_kept(self, one: _FactPattern, other: _FactPattern) -> bool:
         """Whether two facts do not both hold in the initial state, and no action makes both true."""
         rules = self._prover.rules
         if rules.unread & {one.predicate, other.predicate} or self._are_true_at_start((one, other)):
@@ -291,7 +287,7 @@ class _InductiveMutualExclusionProof:
         )
 
     def _keeps_other_fact_false(
-        self, schema: EffectSchema, added_fact: _FactWithOpenArguments, other_fact: _FactWithOpenArguments
+        self, schema: EffectSchema, added_fact: _FactPattern, other_fact: _FactPattern
     ) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
         scope: dict[str, _FactArgument] | None = match_atom(
@@ -320,7 +316,7 @@ class _InductiveMutualExclusionProof:
         first: EffectSchema,
         first_scope: _ArgumentScope,
         second: EffectSchema,
-        second_fact: _FactWithOpenArguments,
+        second_fact: _FactPattern,
     ) -> bool:
         parameters = [p.name for p in first.operator.parameters]
         bound = {name: first_scope[name] for name in parameters if name in first_scope}
@@ -335,14 +331,14 @@ class _InductiveMutualExclusionProof:
         return self._may_effects_happen_together([(first, first_full), (second, second_full)])
 
     def _may_effects_happen_together(
-        self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts_before: _FactWithOpenArguments
+        self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts_before_action: _FactPattern
     ) -> bool:
-        """Whether effects of one action may happen together in a state with the facts ``facts_before``.
+        """Whether effects of one action may happen together in a state with the facts ``facts_before_action``.
 
         The action's checks must pass in the state, and the conditions of all these effects must hold.
         """
         return _HypotheticalState(
-            self._prover, self._are_true_at_start, self._is_assumed_exclusive, *facts_before
+            self._prover, self._are_true_at_start, self._is_assumed_exclusive, *facts_before_action
         ).may_hold_together(
             [
                 _FormulaWithRequiredTruth(formula, scope)
@@ -355,7 +351,7 @@ class _InductiveMutualExclusionProof:
         self,
         effect: EffectSchema,
         other_effect: EffectSchema,
-        fact: _FactWithOpenArguments,
+        fact: _FactPattern,
         scope: _ArgumentScope,
     ) -> bool:
         """Whether an effect deletes a fact in all cases in which another effect of its operator happens."""
@@ -385,13 +381,13 @@ class _HypotheticalState:
         prover: _MutualExclusionProver,
         are_true_at_start: Callable[[_Facts], bool],
         are_exclusive: Callable[[_Facts], bool],
-        *facts: _FactWithOpenArguments,
+        *facts: _FactPattern,
     ) -> None:
         self._prover = prover
         self._are_true_at_start = are_true_at_start
         self._are_exclusive = are_exclusive
         self._true = {fact: _replace_unknown_objects_by_none(fact) for fact in facts}
-        self._false: list[_FactWithOpenArguments] = []
+        self._false: list[_FactPattern] = []
         self._unknown = 0
 
     def may_hold_together(self, conditions: Sequence[_FormulaWithRequiredTruth]) -> bool:
@@ -407,35 +403,37 @@ class _HypotheticalState:
     def _is_impossible(self, condition: _FormulaWithRequiredTruth) -> bool:
         """Whether no objects can meet a condition. A variable with the value None stands for any object."""
         formula, scope, truth, _ = condition
-        fact = self._convert_stored_atom_to_fact(condition)
+        fact = self._convert_non_derived_atom_to_fact_pattern(condition)
         if fact is not None:
-            return self._is_fact_impossible(fact, truth=truth)
+            return self._is_truth_value_of_fact_impossible(fact, truth=truth)
         if isinstance(formula, f.Equals):
             one, other = [self._prover.resolve_term(term, scope) for term in (formula.left, formula.right)]
             if isinstance(one, int) and isinstance(other, int):
                 return (one == other) is not truth
             return not truth and one == other and one is not None
-        are_all_needed, parts = self._split_into_parts_all_or_any_needed(condition)
+        are_all_needed, parts = self._split_into_conjuncts_or_disjuncts(condition)
         return (any if are_all_needed else all)(map(self._is_impossible, parts))
 
     def _assume_and_check_consistency(self, condition: _FormulaWithRequiredTruth) -> bool:
         """Assume a condition, and record its consequences. Return False if they contradict known facts."""
-        are_all_needed, parts = self._split_into_parts_all_or_any_needed(condition, is_assumed_true=True)
+        are_all_needed, parts = self._split_into_conjuncts_or_disjuncts(
+            condition, is_formula_assumed_true=True
+        )
         if are_all_needed and parts and not isinstance(condition.formula, f.Exists | f.ForAll):
             return all(map(self._assume_and_check_consistency, parts))
         if self._is_impossible(condition):
             return False
         if self._is_impossible(condition._replace(truth=not condition.truth)):
             return True
-        fact = self._convert_stored_atom_to_fact(condition)
+        fact = self._convert_non_derived_atom_to_fact_pattern(condition)
         if fact is not None:
             return self._add_fact_and_check_consistency(fact, truth=condition.truth)
         if not are_all_needed:
             parts = [part for part in parts if not self._is_impossible(part)]
         return (not are_all_needed and len(parts) > 1) or all(map(self._assume_and_check_consistency, parts))
 
-    def _split_into_parts_all_or_any_needed(
-        self, condition: _FormulaWithRequiredTruth, *, is_assumed_true: bool = False
+    def _split_into_conjuncts_or_disjuncts(
+        self, condition: _FormulaWithRequiredTruth, *, is_formula_assumed_true: bool = False
     ) -> tuple[bool, Sequence[_FormulaWithRequiredTruth]]:
         """Return whether all parts of a condition must be met, or only one part, and the parts.
 
@@ -467,14 +465,22 @@ class _HypotheticalState:
                 is_existential = isinstance(formula, f.Exists) is truth
                 return True, [
                     _FormulaWithRequiredTruth(body, {**scope, variable.name: term}, truth, unfolded)
-                    for term in self._list_variable_values_to_examine(
-                        variable, scope, is_existential=is_existential, is_assumed_true=is_assumed_true
+                    for term in self._list_values_to_instantiate_quantifier(
+                        variable,
+                        scope,
+                        is_existential=is_existential,
+                        is_formula_assumed_true=is_formula_assumed_true,
                     )
                 ]
         return True, ()
 
-    def _list_variable_values_to_examine(
-        self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
+    def _list_values_to_instantiate_quantifier(
+        self,
+        variable: f.Variable,
+        scope: _ArgumentScope,
+        *,
+        is_existential: bool,
+        is_formula_assumed_true: bool,
     ) -> list[_FactArgument]:
         """Return the values of a variable for which the body of its quantified formula is examined.
 
@@ -492,32 +498,30 @@ class _HypotheticalState:
         - Existential formula: None, because the body must be impossible for any object.
         - Universal formula: the objects in the assumed facts that belong to the variable's category.
         """
-        if is_existential and is_assumed_true:
+        if is_existential and is_formula_assumed_true:
             self._unknown += 1
             # If an outer variable is None (any object), each of its objects may need another object here.
             return [] if None in scope.values() else [f"{self._unknown}"]
-        if is_existential or is_assumed_true:
+        if is_existential or is_formula_assumed_true:
             return [None] if is_existential or variable.category is None else []
         objects = dict.fromkeys(i for fact in self._true for i in fact.arguments)
         if variable.category is None:
             return [*objects]
-        members = [
-            _FactWithOpenArguments(variable.category, (i,), True) for i in objects if isinstance(i, int)
-        ]
+        members = [_FactPattern(variable.category, (i,), True) for i in objects if isinstance(i, int)]
         return [member.arguments[0] for member in members if self._are_true_at_start((member,))]
 
-    def _convert_stored_atom_to_fact(
+    def _convert_non_derived_atom_to_fact_pattern(
         self, condition: _FormulaWithRequiredTruth
-    ) -> _FactWithOpenArguments | None:
+    ) -> _FactPattern | None:
         """Return the fact of a condition that is an atom of a stored predicate; None for other conditions."""
         match condition.formula:
             case f.Atom(predicate, terms) if predicate not in self._prover.rules.vocabulary.derived_by_name:
                 arguments = [self._prover.resolve_term(term, condition.scope) for term in terms]
-                return _FactWithOpenArguments(predicate, tuple(arguments))
+                return _FactPattern(predicate, tuple(arguments))
             case _:
                 return None
 
-    def _add_fact_and_check_consistency(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
+    def _add_fact_and_check_consistency(self, fact: _FactPattern, *, truth: bool) -> bool:
         if not truth:
             self._false.append(fact)
             return not any(_matches_pattern(known_fact, fact) for known_fact in self._true)
@@ -525,7 +529,7 @@ class _HypotheticalState:
             self._true[fact] = _replace_unknown_objects_by_none(fact)
         return True
 
-    def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
+    def _is_truth_value_of_fact_impossible(self, fact: _FactPattern, *, truth: bool) -> bool:
         """Whether a fact is proved false; if ``truth`` is False, whether it is proved true.
 
         An argument that is None stands for any object. The proof then holds for all objects.
@@ -542,7 +546,7 @@ class _HypotheticalState:
             or any(self._are_mutually_exclusive(general, other) for other in self._true.values())
         )
 
-    def _are_mutually_exclusive(self, one: _FactWithOpenArguments, other: _FactWithOpenArguments) -> bool:
+    def _are_mutually_exclusive(self, one: _FactPattern, other: _FactPattern) -> bool:
         """Whether two facts without unknown objects exclude each other."""
         rules = self._prover.rules
         if one.predicate == other.predicate:
@@ -558,14 +562,12 @@ class _HypotheticalState:
         return self._are_exclusive(tuple(sorted((one, other), key=str)))
 
 
-def _replace_unknown_objects_by_none(fact: _FactWithOpenArguments) -> _FactWithOpenArguments:
+def _replace_unknown_objects_by_none(fact: _FactPattern) -> _FactPattern:
     """Return a fact in which None (any object) replaces each name for an unknown object."""
-    return _FactWithOpenArguments(
-        fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments])
-    )
+    return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 
 
-def _matches_pattern(fact: _FactWithOpenArguments, pattern: _FactWithOpenArguments) -> bool:
+def _matches_pattern(fact: _FactPattern, pattern: _FactPattern) -> bool:
     return fact.predicate == pattern.predicate and all(
         expected in (None, argument)
         for expected, argument in zip(pattern.arguments, fact.arguments, strict=True)

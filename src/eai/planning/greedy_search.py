@@ -60,7 +60,9 @@ class GreedySearch:
     @property
     def is_over(self) -> bool:
         """Whether all searches together have reached a limit."""
-        return self.effort.is_used_up or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
+        return (
+            self.effort.is_limit_reached or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
+        )
 
     def make_estimates(
         self,
@@ -90,15 +92,15 @@ class GreedySearch:
         return self._last
 
     def search(
-        self, start: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
+        self, start: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count_to_reach: int, limits: Limits
     ) -> PlanNode | SearchEndReason:
         """Search for a path from a node to a target. If no path is found, return how the search ended.
 
         Args:
             start: the node.
             subgoals: closed conditions that must hold at the end.
-            needed_action_goal_count: number of action goals (operators to take, in order) that must be taken
-                at the end.
+            action_goal_count_to_reach: number of action goals (operators to take, in order) that must be
+                taken at the end.
             limits: the limits. If `Limits.thorough` is set, all applicable actions are tried after the
                 preferred actions.
         """
@@ -106,7 +108,7 @@ class GreedySearch:
             return SearchEndReason.STATES
         effort = SearchEffort(min(limits.states, self.effort.limit - self.effort.used))
         end = _GreedySearchRun(
-            self, start, (subgoals, needed_action_goal_count), effort, thorough=limits.thorough
+            self, start, (subgoals, action_goal_count_to_reach), effort, thorough=limits.thorough
         ).search()
         self.effort.used += effort.used
         return end
@@ -115,7 +117,7 @@ class GreedySearch:
         self,
         node: PlanNode,
         subgoals: tuple[Subgoal, ...],
-        needed_action_goal_count: int,
+        action_goal_count_to_reach: int,
         excluded: Set[Action] = frozenset(),
     ) -> tuple[float, tuple[Action, ...]]:
         """Return the estimated cost from a node to a target, and the preferred actions of the node's state.
@@ -123,7 +125,7 @@ class GreedySearch:
         Args:
             node: the node.
             subgoals: closed conditions that the target meets.
-            needed_action_goal_count: number of action goals (operators to take, in order) that are taken at
+            action_goal_count_to_reach: number of action goals (operators to take, in order) that are taken at
                 the target.
             excluded: actions that the estimates leave out.
         """
@@ -135,10 +137,10 @@ class GreedySearch:
             total += cost
             if 0.0 < cost < INFINITE:
                 preferred.collect_actions_towards(condition)
-        for names in self.successors.goals[node.met : needed_action_goal_count]:
+        for names in self.successors.goals[node.met : action_goal_count_to_reach]:
             supporter = estimates.find_cheapest_action_of_operators(names)
             total += supporter.cost
-            preferred.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
+            preferred.collect_action_or_actions_for_prerequisites(supporter.action, supporter.prerequisites)
         return total, tuple(preferred.actions)
 
 
@@ -212,7 +214,7 @@ class _GreedySearchRun:
 
     @property
     def _is_over(self) -> bool:
-        return self._effort.is_used_up or self._searches.is_over
+        return self._effort.is_limit_reached or self._searches.is_over
 
     def _return_target_or_queue_node(
         self, node: PlanNode, excluded: frozenset[Action] = frozenset()
@@ -259,7 +261,7 @@ class _PreferredActionCollector:
         if not alternatives:
             self._collect_preferred_actions(goal)
 
-    def collect_action_or_actions_enabling_it(
+    def collect_action_or_actions_for_prerequisites(
         self, action: Action | None, prerequisites: Sequence[Subgoal]
     ) -> None:
         """Collect an action if it has no prerequisites, else the applicable actions that lead to them."""
@@ -279,11 +281,11 @@ class _PreferredActionCollector:
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
                 supporter = self._estimates.find_supporter(atom)
-                self.collect_action_or_actions_enabling_it(supporter.action, supporter.prerequisites)
+                self.collect_action_or_actions_for_prerequisites(supporter.action, supporter.prerequisites)
                 return
             if not isinstance(derived, DefinedPredicate):
                 self.actions.update((action, None) for action in self._find_actions_changing(derived.reads))
-        for part in self._estimates.split_into_cheapest_parts(subgoal) or ():
+        for part in self._estimates.split_into_cheapest_sufficient_parts(subgoal) or ():
             self._collect_preferred_actions(part)
 
     def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:

@@ -416,12 +416,12 @@ class Landmarks:
             missed &= ~self._hits.get(action, 0)
         return missed
 
-    def count_min_actions_for_cuts(self, cuts_mask: int) -> int:
+    def compute_lower_bound_of_hitting_set_size(self, cuts_bit_mask: int) -> int:
         """Return a proved lower bound of the size of a set that has an action of each given landmark.
 
         The landmarks (see `Cut`) are given as a bit mask.
         """
-        return self._get_min_hitting_set(cuts_mask)[0]
+        return self._get_min_hitting_set(cuts_bit_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
         """Find and add landmarks (sets of actions, see `Cut`) that contain no action of a plan.
@@ -433,19 +433,20 @@ class Landmarks:
             plan_actions: the actions of the plan.
             effort: counter of operations of the search; at its limit the search stops.
         """
-        if plan_actions in self._done or effort.is_used_up:
+        if plan_actions in self._done or effort.is_limit_reached:
             return
-        lacked = self.count_min_actions_for_cuts(self.get_mask_of_cuts_missed_by(plan_actions))
+        lacked = self.compute_lower_bound_of_hitting_set_size(self.get_mask_of_cuts_missed_by(plan_actions))
         while (
             plan_actions not in self._done
-            and not effort.is_used_up
-            and self.count_min_actions_for_cuts(self.get_mask_of_cuts_missed_by(plan_actions)) == lacked
+            and not effort.is_limit_reached
+            and self.compute_lower_bound_of_hitting_set_size(self.get_mask_of_cuts_missed_by(plan_actions))
+            == lacked
         ):
             actions, number = (
                 {*plan_actions, *self._get_min_hitting_set(self.get_mask_of_cuts_missed_by(plan_actions))[1]},
                 len(self.cuts),
             )
-            while not effort.is_used_up:
+            while not effort.is_limit_reached:
                 cut = self._relaxation_graph.find_cut_disjoint_from(actions)
                 effort.used += 1 + self._relaxation_graph.node_count // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
@@ -461,13 +462,13 @@ class Landmarks:
             result = self._fewest[mask] = self._compute_min_hitting_set(mask)
         return result
 
-    def _compute_min_hitting_set(self, cuts_mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _compute_min_hitting_set(self, cuts_bit_mask: int) -> tuple[int, tuple[Action, ...]]:
         by_hits: dict[int, Action] = {}
         for action, hits in self._hits.items():
-            if hits & cuts_mask:
-                by_hits.setdefault(hits & cuts_mask, action)
+            if hits & cuts_bit_mask:
+                by_hits.setdefault(hits & cuts_bit_mask, action)
         patterns = [p for p in by_hits if not any(p & q == p != q for q in by_hits)]
-        search = _HittingSetSearch(patterns, cuts_mask)
+        search = _HittingSetSearch(patterns, cuts_bit_mask)
         return search.least, tuple([by_hits[pattern] for pattern in search.best])
 
 
@@ -493,28 +494,28 @@ class _HittingSetSearch:
             bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
         }
         self._branches = 0
-        self.best: tuple[int, ...] = self._choose_bit_masks_covering_cuts(mask)
+        self.best: tuple[int, ...] = self._choose_hitting_set_greedily(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._search_smaller_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _choose_bit_masks_covering_cuts(self, cuts_mask: int) -> tuple[int, ...]:
+    def _choose_hitting_set_greedily(self, cuts_bit_mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
-            if cuts_mask & bit:
-                chosen.append(max(patterns, key=lambda pattern: (pattern & cuts_mask).bit_count()))
-                cuts_mask &= ~chosen[-1]
+            if cuts_bit_mask & bit:
+                chosen.append(max(patterns, key=lambda pattern: (pattern & cuts_bit_mask).bit_count()))
+                cuts_bit_mask &= ~chosen[-1]
         return tuple(chosen)
 
-    def _count_disjoint_cuts(self, cuts_mask: int) -> int:
+    def _count_disjoint_cuts(self, cuts_bit_mask: int) -> int:
         """Count disjoint landmarks (see `Cut`), chosen greedily: no two landmarks have a common action."""
         number = 0
         for bit, covered in self._covered_with.items():
-            if cuts_mask & bit:
+            if cuts_bit_mask & bit:
                 number += 1
-                cuts_mask &= ~covered
+                cuts_bit_mask &= ~covered
         return number
 
     def _search_smaller_cover(self, uncovered_mask: int, patterns_so_far: tuple[int, ...]) -> None:

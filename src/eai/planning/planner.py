@@ -252,7 +252,7 @@ class _ReasonableOrder:
                     waiting.append(later)
         return set() if late.issuperset(pending_goals) else late
 
-    def discard_learned_order(self) -> None:
+    def discard_learned_goal_order(self) -> None:
         """Give up the learned order of goals, because a goal that should come first seems unreachable."""
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
@@ -296,13 +296,13 @@ class _ReasonableOrder:
         It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
         ``earlier`` is too costly for a direct search. The learned order holds for all similar goals
         (`_get_pair_key`). So it also stays unknown if ``earlier`` seems reachable, but an action undoes
-        ``later`` for the sake of foreign objects (`_find_if_undoing_actions_use_own_objects`).
+        ``later`` for the sake of foreign objects (`_find_if_goal_is_undone_for_condition_objects`).
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = self._find_if_undoing_actions_use_own_objects(goal, own, self._goals[later], estimates)
+        undoing = self._find_if_goal_is_undone_for_condition_objects(goal, own, self._goals[later], estimates)
         must_precede = False
         if True in undoing:
             kept = self._search.make_estimates(node, (self._goals[later],), forbid_undoing_protected=True)
@@ -310,18 +310,22 @@ class _ReasonableOrder:
         if must_precede or False not in undoing:
             self._must_precede[self._get_pair_key(earlier, later)] = must_precede
 
-    def _find_if_undoing_actions_use_own_objects(
-        self, condition: Subgoal, own_objects: tuple[int, ...], kept_goal: Subgoal, estimates: CostEstimates
+    def _find_if_goal_is_undone_for_condition_objects(
+        self,
+        condition: Subgoal,
+        condition_objects: tuple[int, ...],
+        kept_goal: Subgoal,
+        estimates: CostEstimates,
     ) -> set[bool]:
         """Return whether the actions that undo ``kept_goal`` serve own objects: {True}, {False} or both.
 
         The actions are on the cheapest estimated path to ``condition``. Each action serves the literal that
         it establishes, and the literals on the path from there to ``condition``. The action counts as False
-        if such a literal has a foreign object, else as True. A foreign object is not in ``own_objects``, but
-        has the category of an object in ``own_objects``.
+        if such a literal has a foreign object, else as True. A foreign object is not in
+        ``condition_objects``, but has the category of an object in ``condition_objects``.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
-        own_categories = {objects[index].category for index in own_objects}
+        own_categories = {objects[index].category for index in condition_objects}
         undoing = set[bool]()
         seen = set[tuple[GroundAtom, bool]]()
         waiting = [(condition, True)]
@@ -331,7 +335,9 @@ class _ReasonableOrder:
                 if not isinstance(literal.formula, Atom) or estimates.holds(literal):
                     continue
                 atom = estimates.atom(literal.formula, literal)
-                others = {objects[index].category for index in atom.arguments if index not in own_objects}
+                others = {
+                    objects[index].category for index in atom.arguments if index not in condition_objects
+                }
                 is_own = is_later_own and others.isdisjoint(own_categories)
                 if atom.predicate in heuristic.derived or (atom, is_own) in seen:
                     continue
@@ -386,7 +392,7 @@ class _GoalAgenda:
             if further is not None:
                 return further
         self._failed = set(pending) - late
-        self._order.discard_learned_order()
+        self._order.discard_learned_goal_order()
         return None
 
     def mark_newly_failed_goals_as_hard(self) -> bool:
@@ -485,7 +491,7 @@ class _GoalAgenda:
         return None
 
     def _search_plan_for_subgoals(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count_to_reach: int, limits: Limits
     ) -> PlanNode | None:
-        end = self._search.search(node, subgoals, needed_action_goal_count, limits)
+        end = self._search.search(node, subgoals, action_goal_count_to_reach, limits)
         return None if isinstance(end, SearchEndReason) else end

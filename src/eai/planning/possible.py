@@ -167,12 +167,12 @@ class PossibleFacts:
                 else fact not in self.at_start or fact in self.possibly_false
             )
         return (
-            self._may_defined_atom_have_truth(derived, arguments, truth)
+            self._may_derived_atom_have_truth_value(derived, arguments, truth)
             if isinstance(derived, DefinedPredicate)
             else True
         )
 
-    def _may_defined_atom_have_truth(
+    def _may_derived_atom_have_truth_value(
         self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.

@@ -83,7 +83,7 @@ def find_holding_and_location_predicates(domain: Domain) -> tuple[tuple[str, ...
         change
         for operator in takers
         for change in changes[operator.name]
-        if change.adds and _is_about_one_parameter(change, operator)
+        if change.adds and _is_about_one_parameter_and_maybe_agent(change, operator)
     ]
     deleted = {
         change.atom.predicate
@@ -115,7 +115,7 @@ def find_holding_and_location_predicates(domain: Domain) -> tuple[tuple[str, ...
     )
 
 
-def _is_about_one_parameter(effect: EffectSchema, operator: Operator) -> bool:
+def _is_about_one_parameter_and_maybe_agent(effect: EffectSchema, operator: Operator) -> bool:
     *before, last = effect.atom.arguments or (AGENT,)
     return last in operator.parameters and before in ([], [AGENT])
 

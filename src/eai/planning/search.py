@@ -34,9 +34,9 @@ T = TypeVar("T")
 class SearchEffort:
     """Counts the operations of a search: applied actions, estimated states, tried objects.
 
-    Callers add their operations to `used`. If the limit is exceeded, `take_objects_within_limit` yields no
-    more objects, so that every computation ends soon. The result of a computation is then invalid, so its
-    caller must check `is_limit_exceeded`.
+    Callers add their operations to `used`. If the limit is exceeded, `yield_objects_until_effort_limit`
+    yields no more objects, so that every computation ends soon. The result of a computation is then invalid,
+    so its caller must check `is_limit_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
@@ -53,7 +53,7 @@ class SearchEffort:
         self.used = 0
 
     @property
-    def is_used_up(self) -> bool:
+    def is_limit_reached(self) -> bool:
         """Whether no further operation is allowed."""
         return self.used >= self.limit
 
@@ -67,7 +67,7 @@ class SearchEffort:
         self.used += number
         return self.used > self.limit
 
-    def take_objects_within_limit(self, object_names: Iterable[str]) -> Iterator[str]:
+    def yield_objects_until_effort_limit(self, object_names: Iterable[str]) -> Iterator[str]:
         """Yield names of objects until the limit of operations is exceeded. Each name is one operation."""
         for name in object_names:
             if self.spend_and_check_limit():
@@ -173,17 +173,17 @@ class OpenList(Generic[T]):
 
 
 def run_best_first_search(
-    following: Callable[[], T | None], visit: Callable[[T], SearchNode[S, A] | SearchEndReason | None]
+    pop_next_item: Callable[[], T | None], visit: Callable[[T], SearchNode[S, A] | SearchEndReason | None]
 ) -> SearchNode[S, A] | SearchEndReason:
     """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.
 
     Args:
-        following: function that removes the next item from the open list and returns the item, or None if the
-            list is empty.
+        pop_next_item: function that removes the next item from the open list and returns the item, or None if
+            the list is empty.
         visit: function that tests an item, or expands it and adds its successors to the open list. It returns
             the goal's node, or the reason if the search ends at this item, else None.
     """
-    while (item := following()) is not None:
+    while (item := pop_next_item()) is not None:
         end = visit(item)
         if end is not None:
             return end

@@ -25,7 +25,7 @@ from eai.logic.ltl_printer import format_ltl
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import attempt_action, describe_fault, map_parameters_to_indices
+from eai.world.execution import attempt_action, describe_fault, map_parameters_to_object_indices
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.operator import Operator
@@ -113,8 +113,10 @@ def _find_defects_of_simulator(
     simulated_state: State,
     declared_predicates: AbstractSet[str],
 ) -> Iterator[_Defect]:
-    for effect in _find_effects_made_true(domain, before, action, state_after_declared_effects):
-        if not domain.holds(effect, simulated_state, map_parameters_to_indices(action, domain)):
+    for effect in _find_effect_formulas_that_became_true(
+        domain, before, action, state_after_declared_effects
+    ):
+        if not domain.holds(effect, simulated_state, map_parameters_to_object_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {format_ltl(effect)}"
     for name in sorted(
         compare_states(state_after_declared_effects, simulated_state).predicates & declared_predicates
@@ -122,9 +124,11 @@ def _find_defects_of_simulator(
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
 
-def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
+def _find_effect_formulas_that_became_true(
+    domain: Domain, before: State, action: Action, after: State
+) -> Iterator[Formula]:
     """Yield an action's intended effects (changes that it always makes) that hold only after the action."""
-    arguments = map_parameters_to_indices(action, domain)
+    arguments = map_parameters_to_object_indices(action, domain)
     for effect in _find_visible_effects_as_formulas(
         domain.compiled_operators[action.operator].operator.effects, domain.vocabulary
     ):
@@ -147,14 +151,14 @@ def _find_defects_in_fault_diagnosis(
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _find_defects_of_step_judged_additional(domain, history.state, action)
+        yield from _find_defects_in_additional_step_diagnosis(domain, history.state, action)
 
 
-def _find_defects_of_step_judged_additional(
+def _find_defects_in_additional_step_diagnosis(
     domain: Domain, before: State, action: Action
 ) -> Iterator[_Defect]:
     after = domain.apply(before, action)
-    for effect in _find_effects_made_true(domain, before, action, after):
+    for effect in _find_effect_formulas_that_became_true(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {format_ltl(effect)}"
 
 

@@ -222,4 +222,4 @@ class EffectCompiler:
             raise DomainError(
                 f"an effect changes {atom.predicate}, which is declared static: declare it with static=False"
             )
-        return self._vocabulary.get_predicate_slots_of_arity(predicate.arity)[predicate.name]
+        return self._vocabulary.map_predicates_of_arity_to_state_slots(predicate.arity)[predicate.name]

@@ -33,7 +33,7 @@ class _CompiledCheck:
     history_conditions: tuple[ConditionTest, ...]
 
 
-class _CompiledAlternativeWayToAct(NamedTuple):
+class _CompiledOperatorAlternative(NamedTuple):
     """A compiled alternative of an operator: one of several ways in which the operator can act."""
 
     is_attempted: ConditionTest
@@ -52,7 +52,7 @@ class CheckFailure(NamedTuple):
     arguments: tuple[int, ...]
 
 
-class _FailedAlternativeWayToAct(NamedTuple):
+class _FailedOperatorAlternative(NamedTuple):
     """A failed alternative (way to act) of an operator: the condition to try it, and its failed check."""
 
     condition: Formula
@@ -86,7 +86,7 @@ class CompiledOperator:
                 passes(state, binding) and not self._find_failures_if_all_alternatives_fail(state, binding)
             )
         self.alternatives = tuple(
-            _CompiledAlternativeWayToAct(
+            _CompiledOperatorAlternative(
                 conditions.compile_test(attempt.condition),
                 _compile_checks(attempt.checks, conditions),
                 effects.compile_sequence(attempt.effects),
@@ -134,9 +134,9 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternative_ways_to_act(
+    def find_failed_operator_alternatives(
         self, before: State, after: State, binding: ObjectBySlot
-    ) -> tuple[_FailedAlternativeWayToAct, ...]:
+    ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the alternatives (ways to act) whose checks failed in the state before an executed action.
 
         Only alternatives whose condition holds before the action and also after it are returned.
@@ -146,7 +146,7 @@ class CompiledOperator:
             if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
-                    failed_tries.append(_FailedAlternativeWayToAct(attempt.condition, failed.check))
+                    failed_tries.append(_FailedOperatorAlternative(attempt.condition, failed.check))
         return tuple(failed_tries)
 
     def _find_failures_if_all_alternatives_fail(

@@ -138,7 +138,7 @@ def find_objects_explaining_failed_check(
     """
     if check.witness is None:
         return ()
-    scope = map_parameters_to_indices(action, domain)
+    scope = map_parameters_to_object_indices(action, domain)
     indices = FormulaEvaluator(domain.vocabulary).find_witnesses(
         check.witness.variable, check.witness.body, scope, state
     )
@@ -148,11 +148,12 @@ def find_objects_explaining_failed_check(
 def map_parameters_to_names(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """Return a mapping from the names of an action's parameters to the names of its objects."""
     return {
-        name: scene.objects[index].name for name, index in map_parameters_to_indices(action, domain).items()
+        name: scene.objects[index].name
+        for name, index in map_parameters_to_object_indices(action, domain).items()
     }
 
 
-def map_parameters_to_indices(action: Action, domain: Domain) -> dict[str, int]:
+def map_parameters_to_object_indices(action: Action, domain: Domain) -> dict[str, int]:
     """Return a mapping from the names of an action's parameters to the indices of its objects."""
     return domain.compiled_operators[action.operator].operator.map_parameters(action.arguments)
 

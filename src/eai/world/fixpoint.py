@@ -50,13 +50,13 @@ class _RecursivePredicates:
         self._definitions = definitions
         self._names = {definition.name for definition in definitions}
         self._get_vocabulary = get_vocabulary
-        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_full_and_recursive_only_scenes)
+        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_scenes_for_all_and_recursive_predicates)
         self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
         self.predicates: list[DerivedPredicate] = [
-            self._make_predicate(definition) for definition in definitions
+            self._make_fixpoint_predicate(definition) for definition in definitions
         ]
 
-    def _make_predicate(self, defined: DefinedPredicate) -> DerivedPredicate:
+    def _make_fixpoint_predicate(self, defined: DefinedPredicate) -> DerivedPredicate:
         reads = find_predicates(defined.definition)
         if defined.arity in (1, 2):
             return LookupPredicate(
@@ -86,7 +86,7 @@ class _RecursivePredicates:
         )
 
     @cached_property
-    def _vocabulary_of_current_and_next_facts(self) -> Vocabulary:
+    def _fixpoint_iteration_vocabulary(self) -> Vocabulary:
         """Vocabulary in which each recursive predicate has its current and its next relation.
 
         The next relation follows from the current relations by the definitions. Current relations are stored
@@ -101,19 +101,17 @@ class _RecursivePredicates:
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _derived_fact_listers_by_recursive_predicate(self) -> Sequence[tuple[str, FactLister]]:
+    def _recursive_predicates_with_fact_listers(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._definitions]
         return [
             (
                 name,
-                make_fact_lister(
-                    self._vocabulary_of_current_and_next_facts, f"{name} ", allow_equal_arguments=True
-                ),
+                make_fact_lister(self._fixpoint_iteration_vocabulary, f"{name} ", allow_equal_arguments=True),
             )
             for name in names
         ]
 
-    def _make_full_and_recursive_only_scenes(self, scene: Scene) -> tuple[Scene, Scene]:
+    def _make_scenes_for_all_and_recursive_predicates(self, scene: Scene) -> tuple[Scene, Scene]:
         """Return two copies of a scene: one with all predicates, one with the recursive predicates only.
 
         In both, the recursive predicates are stored predicates, so that states can hold the facts that were
@@ -122,7 +120,7 @@ class _RecursivePredicates:
         all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)
             for vocabulary in (
-                self._vocabulary_of_current_and_next_facts,
+                self._fixpoint_iteration_vocabulary,
                 self._recursive_predicates_vocabulary,
             )
         ]
@@ -146,7 +144,7 @@ class _RecursivePredicates:
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._derived_fact_listers_by_recursive_predicate
+                for name, facts_of in self._recursive_predicates_with_fact_listers
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):

@@ -98,9 +98,9 @@ def _choose_argument_tuple_finder(
     vocabulary: Vocabulary, predicate: str, allow_equal_arguments: bool
 ) -> _ArgumentTupleFinder:
     if vocabulary.find_stored_predicate(predicate) is not None and vocabulary.find_arity(predicate) == 2:
-        return partial(_list_stored_pairs, predicate, allow_equal_arguments)
+        return partial(_list_pairs_of_stored_predicate, predicate, allow_equal_arguments)
     if predicate in vocabulary.tuple_slots:
-        return partial(_list_stored_tuples, predicate, allow_equal_arguments)
+        return partial(_list_tuples_of_stored_predicate, predicate, allow_equal_arguments)
     declared = vocabulary.find_stored_predicate(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(
@@ -120,62 +120,64 @@ def _choose_argument_tuple_finder(
     return partial(_find_tuples_by_testing_each, conditions.compile_test(declared(*variables)), frame, tuples)
 
 
-def _list_stored_pairs(
+def _list_pairs_of_stored_predicate(
     predicate: str,
-    allow_equal: bool,
+    allow_equal_arguments: bool,
     state: State,
     objects: _ObjectIndices,
-    including_at_least_one: ObjectMask,
+    must_include_one_of: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     relation, among = state.relation(predicate), make_mask(objects)
     sources = relation.sources
-    if including_at_least_one != _ANY:
+    if must_include_one_of != _ANY:
         sources &= reduce(
-            or_, map(relation.column, iterate_bits(including_at_least_one & among)), including_at_least_one
+            or_, map(relation.column, iterate_bits(must_include_one_of & among)), must_include_one_of
         )
     for x in objects:
         if sources >> x & 1:
-            wanted = among if including_at_least_one >> x & 1 else among & including_at_least_one
-            yield from _make_pairs_with_first_object(x, relation.row(x) & wanted, objects, allow_equal)
+            wanted = among if must_include_one_of >> x & 1 else among & must_include_one_of
+            yield from _make_pairs_with_first_object(
+                x, relation.row(x) & wanted, objects, allow_equal_arguments
+            )
 
 
-def _list_stored_tuples(
+def _list_tuples_of_stored_predicate(
     predicate: str,
-    allow_equal: bool,
+    allow_equal_arguments: bool,
     state: State,
     objects: _ObjectIndices,
-    including_at_least_one: ObjectMask,
+    must_include_one_of: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.get_tuple_set(predicate).members if _includes_any(m, including_at_least_one)]
-    listed = [m for m in members if order.keys() >= {*m} and (allow_equal or len({*m}) == len(m))]
+    members = [m for m in state.get_tuple_set(predicate).members if _includes_any(m, must_include_one_of)]
+    listed = [m for m in members if order.keys() >= {*m} and (allow_equal_arguments or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
 def _list_pairs_of_derived_predicate(
     find_second_arguments: ObjectFilter,
     argument_slots: SlotAllocator,
-    allow_equal: bool,
+    allow_equal_arguments: bool,
     state: State,
     objects: _ObjectIndices,
-    including_at_least_one: ObjectMask,
+    must_include_one_of: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     among = make_mask(objects)
     for x in objects:
-        wanted = among if including_at_least_one >> x & 1 else among & including_at_least_one
+        wanted = among if must_include_one_of >> x & 1 else among & must_include_one_of
         row = (
             find_second_arguments(state, argument_slots.bind_arguments(state.scene, (x, UNBOUND)), wanted)
             if wanted
             else 0
         )
-        yield from _make_pairs_with_first_object(x, row, objects, allow_equal)
+        yield from _make_pairs_with_first_object(x, row, objects, allow_equal_arguments)
 
 
 def _make_pairs_with_first_object(
-    first: int, second_objects: ObjectMask, objects: _ObjectIndices, allow_equal: bool
+    first: int, second_objects: ObjectMask, objects: _ObjectIndices, allow_equal_arguments: bool
 ) -> Iterator[tuple[int, ...]]:
     return (
-        ((first, y) for y in objects if second_objects >> y & 1 and (allow_equal or y != first))
+        ((first, y) for y in objects if second_objects >> y & 1 and (allow_equal_arguments or y != first))
         if second_objects
         else iter(())
     )
@@ -187,14 +189,14 @@ def _find_tuples_by_testing_each(
     make_tuples: _MakeTuples,
     state: State,
     objects: _ObjectIndices,
-    including_at_least_one: ObjectMask,
+    must_include_one_of: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     for arguments in make_tuples(objects):
-        if _includes_any(arguments, including_at_least_one) and test(
+        if _includes_any(arguments, must_include_one_of) and test(
             state, frame.bind_arguments(state.scene, arguments)
         ):
             yield arguments
 
 
-def _includes_any(arguments: tuple[int, ...], including_at_least_one: ObjectMask) -> bool:
-    return including_at_least_one == _ANY or any(including_at_least_one >> index & 1 for index in arguments)
+def _includes_any(arguments: tuple[int, ...], must_include_one_of: ObjectMask) -> bool:
+    return must_include_one_of == _ANY or any(must_include_one_of >> index & 1 for index in arguments)

@@ -118,7 +118,7 @@ class Vocabulary:
         object.__setattr__(self, "derived_by_name", MappingProxyType({d.name: d for d in self.derived}))
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
 
-    def get_predicate_slots_of_arity(self, arity: int) -> Mapping[str, int]:
+    def map_predicates_of_arity_to_state_slots(self, arity: int) -> Mapping[str, int]:
         """Return a mapping from stored predicates of an arity to their places (slots) in a state."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 

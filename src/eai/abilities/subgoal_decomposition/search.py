@@ -532,8 +532,8 @@ class _SubgoalProgramExploration:
         branches_with_same_outcome.append(branch)
 
     def _has_reached_limit(self) -> bool:
-        if self._attempts.is_used_up:
+        if self._attempts.is_limit_reached:
             self._end = "attempts"
-        elif self._effort.is_used_up:
+        elif self._effort.is_limit_reached:
             self._end = "effort"
         return self._end != "complete"

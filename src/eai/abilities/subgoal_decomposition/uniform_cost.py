@@ -159,7 +159,7 @@ class _MovementPathFinder:
             for path in paths:
                 taken = [action.operator for action in path.list_actions()]
                 for candidate in moves:
-                    if candidate.action.operator in taken or self._effort.is_used_up:
+                    if candidate.action.operator in taken or self._effort.is_limit_reached:
                         continue
                     if candidate.info.common_checks_hold(
                         path.state, candidate.binding
@@ -240,7 +240,7 @@ class _UniformCostSearch:
                         return child
                 elif child.depth < self._lengths.get(child.state, child.depth + 1):
                     self._push_node(child)
-        return SearchEndReason.STATES if self.effort.is_used_up else None
+        return SearchEndReason.STATES if self.effort.is_limit_reached else None
 
     def _keep_solution(self, node: PlanNode) -> None:
         if node.depth < self._best:

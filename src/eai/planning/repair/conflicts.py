@@ -13,7 +13,7 @@ from typing import TypeAlias
 from eai.planning.conflict_changes import (
     ChangeSet,
     NecessaryChangeFinder,
-    UndoesWantedChange,
+    StepUndoesWantedChange,
     simplify_check_given_other_checks,
 )
 from eai.planning.effect_schema import FactChange
@@ -166,14 +166,14 @@ class PlanStateCache:
         return self.plan_succeeds(plan, self.compute_plan_path(plan, (start,), 0))
 
 
-HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
+EditsAtPosition: TypeAlias = tuple[int, tuple[Action | None, ...]]
 """Alternative edits at one position of a plan: the position, and actions. An edit inserts one action.
 
 The action None stands for the deletion of the entry at the position.
 """
 
 
-RepairEditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
+RepairEditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[EditsAtPosition]]"
 """Function from an edited plan and its `PlanPath` to edits.
 
 Every repair of the plan makes at least one of the edits.
@@ -199,26 +199,28 @@ class _ConflictResolvingEditFinder:
         self._states = states
         self._change_finder = states.change_finder
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
-        self._improving: dict[tuple[int, Action], dict[FactChange, tuple[ChangeSet, UndoesWantedChange]]] = {}
+        self._improving: dict[
+            tuple[int, Action], dict[FactChange, tuple[ChangeSet, StepUndoesWantedChange]]
+        ] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def find_edits_that_may_resolve_conflict(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
+    def find_edits_that_may_resolve_conflict(self, plan: EditedPlan, path: PlanPath) -> list[EditsAtPosition]:
         """Return edits of a plan. Every repair of the plan contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
-            deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_unchanged_step else []
-            return deletion + self._find_edits_for_changes_or_operators(
+            deletion: list[EditsAtPosition] = [(at, (None,))] if plan[at].is_unchanged_step else []
+            return deletion + self._find_edits_making_changes_or_using_operators(
                 plan, path, self._get_cached_changes_to_enable_step(number, action), frozenset()
             )
         choices = [
-            self._find_edits_for_changes_or_operators(plan, path, changes, frozenset())
+            self._find_edits_making_changes_or_using_operators(plan, path, changes, frozenset())
             for changes in self._find_necessary_changes_for_missed_goals(number)
         ]
         if taken < len(self._states.goal.actions):
             names = [n for names in self._states.goal.actions[: taken + 1] for n in names]
             choices.append(
-                self._find_edits_for_changes_or_operators(plan, path, frozenset(), frozenset(names))
+                self._find_edits_making_changes_or_using_operators(plan, path, frozenset(), frozenset(names))
             )
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
@@ -273,15 +275,15 @@ class _ConflictResolvingEditFinder:
             self._lacking[state_number] = changes
         return changes
 
-    def _find_edits_for_changes_or_operators(
+    def _find_edits_making_changes_or_using_operators(
         self, plan: EditedPlan, path: PlanPath, fact_changes: ChangeSet, operator_names: frozenset[str]
-    ) -> list[HelpingEdits]:
+    ) -> list[EditsAtPosition]:
         """Return edits of a plan that may make any of the changes of facts, or execute any of the operators.
 
         The edits are at positions up to the end of ``path``, the first failure of the plan. They include
         edits that let a step make such a change, or keep a step from undoing the change.
         """
-        helping_edits: list[HelpingEdits] = []
+        helping_edits: list[EditsAtPosition] = []
         actions = {
             **self._change_finder.find_actions_making_any_change(fact_changes),
             **{
@@ -311,7 +313,7 @@ class _ConflictResolvingEditFinder:
 
     def _find_changes_before_step_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
-    ) -> tuple[ChangeSet, UndoesWantedChange]:
+    ) -> tuple[ChangeSet, StepUndoesWantedChange]:
         """Return changes of facts after which a step may make more wanted changes, or undo fewer.
 
         The returned changes come before the step. A step that is not needed is skipped. If the operator of a
@@ -323,7 +325,7 @@ class _ConflictResolvingEditFinder:
             self._states.get_next_state_number_and_is_executed(state_number, step)[1],
         )
         finder = self._change_finder
-        earlier_changes = finder.get_changes_by_effects_without_schema(step.operator)
+        earlier_changes = finder.get_all_changes_if_schemas_are_incomplete(step.operator)
         undoes = bool(earlier_changes) and executed
         cached = self._improving.setdefault((state_number, step), {})
         for change in (
@@ -332,12 +334,12 @@ class _ConflictResolvingEditFinder:
             outcome = cached.get(change)
             if outcome is None:
                 outcome = cached[change] = finder.find_changes_before_step_for_wanted_change(
-                    step, state, change, is_executed=executed
+                    step, state, change, is_step_executed=executed
                 )
             earlier_changes |= outcome[0]
             undoes = undoes or outcome[1]
         if step.operator in operator_names and not executed:
             earlier_changes |= self._change_finder.find_changes_toggling_need_for_step(
-                step, state, is_executed=False
+                step, state, is_step_executed=False
             )
         return earlier_changes, undoes

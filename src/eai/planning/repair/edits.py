@@ -129,9 +129,9 @@ class EditCost(NamedTuple):
     deletions: int
     insertions: int
 
-    def count_min_edits_with_inserted_steps(self, inserted_steps: int) -> int:
-        """Return the minimum number of edits of the original plan with ``inserted_steps`` more insertions."""
-        return self.edits + max(0, inserted_steps - self.deletions)
+    def count_min_edits_after_more_insertions(self, insertion_count: int) -> int:
+        """Return the minimum number of edits of the original plan with ``insertion_count`` more insertions."""
+        return self.edits + max(0, insertion_count - self.deletions)
 
 
 def compute_edit_cost(plan: EditedPlan) -> EditCost:

@@ -16,7 +16,7 @@ from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.repair.conflicts import (
     START,
-    HelpingEdits,
+    EditsAtPosition,
     PlanMoment,
     PlanPath,
     PlanStateCache,
@@ -131,7 +131,7 @@ class FewestEditsPlanRepairer:
             edit_limit: number of edits; the search ends when it proves that no repair has fewer edits.
         """
         self._limit_cached_states()
-        if self.change_finder.has_too_many_actions:
+        if self.change_finder.has_operator_with_too_many_actions_to_list:
             return self._repair_by_planner(plan, effort)
         search = _RepairSearch(self, plan)
         best = search.run(effort.limit * _FIRST_SHARE, edit_limit)
@@ -182,7 +182,7 @@ class FewestEditsPlanRepairer:
 
         If ``effort`` has a higher limit, a higher lower bound may be proved.
         """
-        if self.change_finder.has_too_many_actions:
+        if self.change_finder.has_operator_with_too_many_actions_to_list:
             return int(bool(self.states.find_unmet_goals(0) or self.states.goal.actions))
         search = _RepairSearch(self, ())
         search.run(effort.limit * _SEARCH_SHARE)
@@ -198,7 +198,9 @@ class FewestEditsPlanRepairer:
         initial state. ``max_tested_actions`` limits the actions that the planner tests for the first repair.
         """
         walk_effort = SearchEffort(
-            0 if self.change_finder.has_too_many_actions else effort.limit * _ENABLING_SHARE
+            0
+            if self.change_finder.has_operator_with_too_many_actions_to_list
+            else effort.limit * _ENABLING_SHARE
         )
         actions, moment = self._execute_possible_steps(plan, walk_effort)
         effort.used += walk_effort.used
@@ -252,7 +254,7 @@ class FewestEditsPlanRepairer:
         after = self.states.compute_moment_after_step(moment, step)
         if after is not None:
             return (step,), after
-        before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
+        before = None if effort.is_limit_reached else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
         path = self.states.compute_plan_path(make_unedited_plan((*before, step)), (moment,), 0)
@@ -287,7 +289,7 @@ class FewestEditsPlanRepairer:
         """Remove needless edits from a repair, until the share of effort for such removals is used up."""
         undo_effort = SearchEffort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
-        while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
+        while (trial := next(trials, None)) is not None and not undo_effort.is_limit_reached:
             undo_effort.used += 1 + len(trial) // _STEPS_PER_EFFORT
             if compute_edit_cost(trial).edits < compute_edit_cost(plan).edits and self.states.reaches_goal(
                 trial
@@ -330,7 +332,7 @@ class FewestEditsPlanRepairer:
             if actions == (None,):
                 without = insert_or_delete_step(entries, position, None)[0]
                 path_without = self.states.compute_plan_path(without, path, position)
-                candidates: Iterable[Action | None] = self._find_state_changing_or_required_actions(
+                candidates: Iterable[Action | None] = self._find_state_changing_or_goal_required_actions(
                     path[position]
                 )
                 if self.states.plan_succeeds(without, path_without):
@@ -377,7 +379,7 @@ class FewestEditsPlanRepairer:
             ] and self._succeeds_from(self.states.compute_moment_after_step(moment, action), rest):
                 yield edit._replace(action=action)
 
-    def _find_state_changing_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
+    def _find_state_changing_or_goal_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions in a state that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
@@ -441,12 +443,12 @@ class _PlanRepairNode(NamedTuple):
     known_cuts: int
     missing_steps: int
     min_edits: int = 0
-    edits: Sequence[HelpingEdits] = ()
+    edits: Sequence[EditsAtPosition] = ()
 
     @property
     def min_repair_edits(self) -> int:
         """Minimum number of edits of any repair that includes all edits made to the plan so far."""
-        return max(self.min_edits, self.cost.count_min_edits_with_inserted_steps(self.missing_steps))
+        return max(self.min_edits, self.cost.count_min_edits_after_more_insertions(self.missing_steps))
 
 
 class _RepairSearch:
@@ -484,12 +486,12 @@ class _RepairSearch:
         """
         self.effort.limit = limit
         while self.min_edits < edits_of_known_repair and (node := self._waiting.pop()) is not None:
-            updated = self._update_min_edits(node)
+            updated = self._update_min_missing_steps(node)
             if updated.min_repair_edits > node.min_repair_edits:
                 self._add_to_queue(updated)
                 continue
             self.min_edits = max(self.min_edits, node.min_repair_edits)
-            if self.effort.is_used_up:
+            if self.effort.is_limit_reached:
                 self._add_to_queue(updated)
                 break
             if node.first_unknown < 0:
@@ -537,7 +539,7 @@ class _RepairSearch:
                 path=path,
                 first_unknown=-1,
                 failures=lacks,
-                min_edits=node.cost.count_min_edits_with_inserted_steps(1),
+                min_edits=node.cost.count_min_edits_after_more_insertions(1),
             )
         )
         for position in find_positions_deletable_without_extra_edit(node.plan):
@@ -555,7 +557,7 @@ class _RepairSearch:
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
         max_cost = node.min_repair_edits
         for position, actions in edits:
-            if self.effort.is_used_up:
+            if self.effort.is_limit_reached:
                 self._add_to_queue(node)
                 return
             if actions == (None,):
@@ -586,15 +588,15 @@ class _RepairSearch:
             node.min_edits if node.edits else 0,
             node.min_repair_edits,
         )
-        one_more = costs.count_min_edits_with_inserted_steps(1)
+        one_more = costs.count_min_edits_after_more_insertions(1)
         ranks: dict[int, int] = {}
         max_cost = 0
         for action in filter(None, actions):
             lacked = node.missed_cuts_mask & ~self._landmarks.get_mask_of_cuts_with_action(action)
             rank = ranks.get(lacked, -1)
             if rank < 0:
-                missing_steps = self._landmarks.count_min_actions_for_cuts(lacked)
-                rank = ranks[lacked] = costs.count_min_edits_with_inserted_steps(missing_steps)
+                missing_steps = self._landmarks.compute_lower_bound_of_hitting_set_size(lacked)
+                rank = ranks[lacked] = costs.count_min_edits_after_more_insertions(missing_steps)
             if rank <= last and rank < one_more and self._is_useless_insertion(node, position, action):
                 rank += 1
             if rank > max_cost:
@@ -613,7 +615,7 @@ class _RepairSearch:
             )
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
-    def _update_min_edits(self, node: _PlanRepairNode) -> _PlanRepairNode:
+    def _update_min_missing_steps(self, node: _PlanRepairNode) -> _PlanRepairNode:
         """Search for more landmarks, and return the node with an updated minimum number of missing steps.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set. The
@@ -631,7 +633,7 @@ class _RepairSearch:
         return node._replace(
             missed_cuts_mask=lacked,
             known_cuts=len(landmarks.cuts),
-            missing_steps=landmarks.count_min_actions_for_cuts(lacked),
+            missing_steps=landmarks.compute_lower_bound_of_hitting_set_size(lacked),
         )
 
     def _make_child_node(
@@ -643,7 +645,7 @@ class _RepairSearch:
         missed_cuts_mask: int,
     ) -> _PlanRepairNode:
         first_changed = min(first_changed, len(parent.path) - 1)
-        lacking = self._landmarks.count_min_actions_for_cuts(missed_cuts_mask)
+        lacking = self._landmarks.compute_lower_bound_of_hitting_set_size(missed_cuts_mask)
         return _PlanRepairNode(
             plan,
             parent.path,
