@@ -11,7 +11,7 @@ import pytest
 from command_line import Command
 from eai.base.store import DataPackStore
 from eai.results.codec import read_study_summary, record_from_json
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from processes import eai as run_eai
 from studies.told import told_tables
 
@@ -40,7 +40,7 @@ def test_a_noisy_scene_is_told_counted_and_analysed(
     record = record_from_json(line)
     assert record.experiment is not None
     assert record.settings_by_study["perception"].options == {"scene": "noisy-missing-0.3-seed-1"}
-    perceived = read_study_summary(record, "perception", PerceptionErrors)
+    perceived = read_study_summary(record, "perception", ScenePerceptionErrorCounts)
     assert perceived is not None
     assert perceived.missing == perceived.facts - perceived.perceived > 0
     done = eai("analyze", "perception", tmp_path, "--out", tmp_path / "told", "--no-plots")

@@ -45,7 +45,7 @@ from eai.results.options import ScoringOptions
 from eai.results.trials import make_replanning_conversation_factory
 from eai.run.job import QuestionJob, RequestOptions
 from eai.run.tasks import request_missing_answers
-from eai.studies.pipeline.stage_one import make_goals_for_prompts
+from eai.studies.pipeline.stage_one import make_interpreted_goals_for_prompts
 from eai.studies.variation import ModelEndpoint
 
 EXPERIMENT = ReplanningOptions(3, feedback="explained", slip=0.05, slip_seed=0)
@@ -73,7 +73,7 @@ def make_work(kind: str, tasks: int) -> Work:
     if kind == "pipeline":
         book = open_gold_answers(suite.benchmark, Ability.GOAL_INTERPRETATION)
         stated = {task_id: book[task_id].text for task_id in task_ids}
-        believed = make_goals_for_prompts(("oracle", stated), suite.benchmark, suite.source)
+        believed = make_interpreted_goals_for_prompts(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
     asked = {task_id: prompts[task_id] for task_id in task_ids}
     arguments: dict[str, Json] = {} if kind == "acting" else {"rate": 0.2}

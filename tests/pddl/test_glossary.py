@@ -8,13 +8,20 @@ from hypothesis import strategies as st
 
 from eai.logic.formula import FALSE, TRUE, And, Atom, Constant, Equals, Formula, Not, Or, Variable
 from eai.pddl.execute import DerivedPredicates, _ConditionEvaluatorInState
-from eai.pddl.glossary import PddlNames, conjoin, disjoin, make_equality, negate, replace_variables
+from eai.pddl.glossary import (
+    PddlNamesByOriginalName,
+    conjoin,
+    disjoin,
+    make_equality,
+    negate,
+    replace_variables,
+)
 from pddl.random_pddl import atoms, formulas
 
 
 @given(st.lists(st.text(max_size=6), unique=True, max_size=20))
 def test_every_name_has_its_own_and_is_found_by_it(names: list[str]) -> None:
-    table = PddlNames(names)
+    table = PddlNamesByOriginalName(names)
     written = [table[name] for name in names]
     assert len(set(written)) == len(names)
     assert all(re.fullmatch(r"[a-z][a-z0-9_-]*", each) for each in written)
@@ -33,13 +40,13 @@ def test_every_name_has_its_own_and_is_found_by_it(names: list[str]) -> None:
     ],
 )
 def test_what_is_a_name_already_stays_one(name: str, written: str) -> None:
-    assert PddlNames()[name] == written
+    assert PddlNamesByOriginalName()[name] == written
 
 
 def test_names_that_would_be_equal_get_numbers() -> None:
-    names = PddlNames(["On", "on", "ON"])
+    names = PddlNamesByOriginalName(["On", "on", "ON"])
     assert [names[name] for name in ("On", "on", "ON")] == ["on", "on-2", "on-3"]
-    twin = PddlNames(names)
+    twin = PddlNamesByOriginalName(names)
     assert twin["oN"] == "on-4"
     assert "oN" not in names
     with pytest.raises(KeyError):

@@ -7,10 +7,10 @@ from eai.benchmarks.published import open_behavior_transition_tasks, open_virtua
 from eai.pddl.matching import (
     ClauseComparison,
     find_predicates_in_text,
-    make_condition_clause,
-    make_effect_clause,
     mark_all_clauses_missing,
     match_operators,
+    normalize_condition,
+    normalize_effect,
     write_clause,
 )
 from eai.pddl.model import PddlAction
@@ -172,10 +172,10 @@ def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_sto
             action = read_action(text.write_pddl)
             for tree, read in (
                 (
-                    make_condition_clause(action.precondition),
-                    lambda t: make_condition_clause(operator(t).precondition),
+                    normalize_condition(action.precondition),
+                    lambda t: normalize_condition(operator(t).precondition),
                 ),
-                (make_effect_clause(action.effect), lambda t: make_effect_clause(operator("()", t).effect)),
+                (normalize_effect(action.effect), lambda t: normalize_effect(operator("()", t).effect)),
             ):
                 assert read(write_clause(tree)) == tree
     clause = "(forall (?o - object) (when (not (= ?o ?a)) (and (not (p ?o)) (q))))"

@@ -29,7 +29,7 @@ from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.record import AnswerOrigin, Record
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from eai.world.fault import FaultKind, Notice
 
 PAGE = (ROOT / "docs" / "records.md").read_text(encoding="utf-8")
@@ -53,7 +53,7 @@ def test_every_field_is_on_the_page() -> None:
         Experiment,
         StudySettings,
         ReplanningOptions,
-        PerceptionErrors,
+        ScenePerceptionErrorCounts,
         Attempt,
         AnswerOrigin,
         AnswerUsage,

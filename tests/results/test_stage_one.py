@@ -22,9 +22,9 @@ from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.studies.pipeline.stage_one import (
-    make_goals_for_prompts,
-    read_goals_for_prompts,
-    read_interpretations,
+    make_interpreted_goals_for_prompts,
+    read_goal_interpretation_answers,
+    read_interpreted_goals_for_prompts,
 )
 from eai.tasks.source import Source
 from experiments import experiment
@@ -42,7 +42,7 @@ def source(data_store: DataPackStore) -> Source:
 
 
 def believed(answer: str, source: Source) -> GoalsAndScenesStatedInPrompts:
-    return make_goals_for_prompts(("m", {JARS: answer}), BEHAVIOR, source)
+    return make_interpreted_goals_for_prompts(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
@@ -128,19 +128,21 @@ def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_
     responses.parent.mkdir()
     responses.write_text(json.dumps([{"identifier": JARS, "llm_output": "said"}]), encoding="utf-8")
     for path in (responses, responses.parent):
-        assert read_interpretations(path, BEHAVIOR, source) == ("alpha", {JARS: "said"})
+        assert read_goal_interpretation_answers(path, BEHAVIOR, source) == ("alpha", {JARS: "said"})
     runs = tmp_path / "runs"
     for model in ("alpha", "org_beta"):
         (runs / model).mkdir(parents=True)
         write_records(runs / model / "records.jsonl", goal_records(suite, model))
-    alone = read_interpretations(runs / "alpha" / "records.jsonl", BEHAVIOR, source)
+    alone = read_goal_interpretation_answers(runs / "alpha" / "records.jsonl", BEHAVIOR, source)
     assert alone == ("alpha", {JARS: '{"node goals": [["alpha", "x"]]}'})
-    assert read_interpretations(runs / "alpha", BEHAVIOR, source) == alone
-    assert read_interpretations(runs, BEHAVIOR, source, "org/beta")[0] == "org_beta"
+    assert read_goal_interpretation_answers(runs / "alpha", BEHAVIOR, source) == alone
+    assert read_goal_interpretation_answers(runs, BEHAVIOR, source, "org/beta")[0] == "org_beta"
     with pytest.raises(InputError, match="of one model, found alpha, org_beta"):
-        read_interpretations(runs, BEHAVIOR, source, "gamma")
+        read_goal_interpretation_answers(runs, BEHAVIOR, source, "gamma")
     with pytest.raises(InputError, match="goal_interpretation of one model, found none"):
-        read_interpretations(runs / "alpha" / "records.jsonl", find_benchmark("virtualhome"), source)
+        read_goal_interpretation_answers(
+            runs / "alpha" / "records.jsonl", find_benchmark("virtualhome"), source
+        )
 
 
 def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None:
@@ -149,14 +151,14 @@ def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None
     answers = ResponseFile("m", (Response(JARS, '{"node goals": []}'),))
     records = [*score_run(suite, answers, {}, ScoringOptions())]
     write_records(tmp_path / "plain" / "records.jsonl", records)
-    assert read_interpretations(tmp_path, BEHAVIOR, source)[0] == "m"
+    assert read_goal_interpretation_answers(tmp_path, BEHAVIOR, source)[0] == "m"
     varied = [replace(each, experiment=experiment(prompt_name="eai-brief")) for each in records]
     write_records(tmp_path / "brief" / "records.jsonl", varied)
     with pytest.raises(InputError, match="2 runs of m answer behavior goal_interpretation; give the folder"):
-        read_interpretations(tmp_path, BEHAVIOR, source)
-    assert read_interpretations(tmp_path / "brief", BEHAVIOR, source)[0] == "m"
+        read_goal_interpretation_answers(tmp_path, BEHAVIOR, source)
+    assert read_goal_interpretation_answers(tmp_path / "brief", BEHAVIOR, source)[0] == "m"
 
 
 def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="questions of transition_modeling state no goals"):
-        read_goals_for_prompts(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)
+        read_interpreted_goals_for_prompts(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)

@@ -18,7 +18,7 @@ from eai.run.registry import TASKS
 from eai.studies.perception.belief import make_scene_graph_vocabulary
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import parse_noise, perceive_with_noise
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from processes import own_process
 from run.child import (
     Asked,
@@ -118,5 +118,5 @@ def test_records_of_a_log_have_the_perceived_scene(
         record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
         assert record.experiment is not None
         assert record.experiment.label == "scene-noisy-missing-0.3-seed-1"
-        assert read_study_summary(record, "perception", PerceptionErrors) == expected
+        assert read_study_summary(record, "perception", ScenePerceptionErrorCounts) == expected
         assert expected.missing > 0

@@ -100,9 +100,9 @@ def _make_prompts_by_task_id(
     """
     if goals is None:
         return library.open(benchmark, ability)
-    from eai.studies.pipeline.stage_one import read_goals_for_prompts
+    from eai.studies.pipeline.stage_one import read_interpreted_goals_for_prompts
 
-    beliefs = read_goals_for_prompts(goals, benchmark, ability, library.source).beliefs
+    beliefs = read_interpreted_goals_for_prompts(goals, benchmark, ability, library.source).beliefs
     opened = library.open(benchmark, ability, beliefs)
     return {task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs}
 

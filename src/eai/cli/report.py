@@ -41,7 +41,11 @@ from eai.studies.report.explorer import (
 )
 from eai.studies.report.plots import add_plots_to_report
 from eai.studies.report.rankings import Ranking, make_rankings
-from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change, summarize_run
+from eai.studies.report.run_summary import (
+    RunSummary,
+    select_runs_with_standard_rules_and_no_study,
+    summarize_run,
+)
 from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report_and_count_tables
 from eai.tasks.source import Source
 
@@ -107,7 +111,7 @@ def report(
             explorer.add_run(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.sort_key)
-    plain = select_runs_without_study_or_rule_change(summaries)
+    plain = select_runs_with_standard_rules_and_no_study(summaries)
     tables = make_rankings(plain, with_paper=paper)
     with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -212,7 +216,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         summarize_run(recount_goals_as_in_paper(run) if paper else run) for run in read_runs(records)
     ]
     summaries.sort(key=lambda item: item.key.sort_key)
-    ranked = select_runs_without_study_or_rule_change(summaries)
+    ranked = select_runs_with_standard_rules_and_no_study(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
     tables = [table for table in make_rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:

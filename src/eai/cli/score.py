@@ -415,10 +415,10 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
 
     beliefs, suite = None, job.suite
     if job.goals is not None:
-        from eai.studies.pipeline.stage_one import read_goals_for_prompts
+        from eai.studies.pipeline.stage_one import read_interpreted_goals_for_prompts
 
         goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
-        beliefs = replace(read_goals_for_prompts(job.goals, *goals), beliefs={}, metadata={})
+        beliefs = replace(read_interpreted_goals_for_prompts(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
         add_experiment_and_belief_statistics,
         beliefs=beliefs,

@@ -75,7 +75,7 @@ class _BddlReader:
         )
         name = self._read_word()
         self._consume_required_token(")")
-        while self._read_list_end_unless_sublist_opens():
+        while self._has_next_sublist_else_read_list_end():
             match self._read_section_keyword():
                 case ":domain":
                     domains.append(self._read_word())
@@ -119,15 +119,15 @@ class _BddlReader:
         """
         declarations: list[TypedName] = []
         while not self._is_next_token(")"):
-            names = [self._read_declared_name("a name or ')'")]
+            names = [self._read_name_in_typed_list("a name or ')'")]
             while not self._tokens[self._next].startswith("-"):
-                names.append(self._read_declared_name("a name or '-'"))
+                names.append(self._read_name_in_typed_list("a name or '-'"))
             category = self._read_category()
             declarations += [TypedName(name, category) for name in names]
         self._consume_required_token(")")
         return tuple(declarations)
 
-    def _read_declared_name(self, expected: str) -> str:
+    def _read_name_in_typed_list(self, expected: str) -> str:
         word = self._read_word(expected)
         if word.endswith("-"):
             self._next -= 1
@@ -149,7 +149,7 @@ class _BddlReader:
     def _read_atoms_and_negated_atoms(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Read facts and the closing parenthesis; return the atoms and the negated atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
-        while self._read_list_end_unless_sublist_opens():
+        while self._has_next_sublist_else_read_list_end():
             offset = self._token_offsets[self._next]
             match self._read_condition():
                 case f.Atom() as atom:
@@ -166,7 +166,7 @@ class _BddlReader:
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
         conditions: list[f.Formula] = []
-        while self._read_list_end_unless_sublist_opens():
+        while self._has_next_sublist_else_read_list_end():
             conditions.append(self._read_condition(scope, levels))
         return tuple(conditions)
 
@@ -248,7 +248,7 @@ class _BddlReader:
         self._next += 1
         return _strip_question_marks(token)
 
-    def _read_list_end_unless_sublist_opens(self) -> bool:
+    def _has_next_sublist_else_read_list_end(self) -> bool:
         """Whether the next token opens a list. A closing parenthesis is consumed, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True

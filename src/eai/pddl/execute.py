@@ -199,10 +199,10 @@ class _ConditionEvaluatorInState:
         if atom.predicate in self._axioms:
             self._store_true_atoms_of_recursive_predicate(atom.predicate)
             if atom.predicate not in self._rows:
-                return self._find_possible_values_of_derived_argument(atom.predicate, argument_index, values)
+                return self._find_argument_values_of_derived_predicate(atom.predicate, argument_index, values)
         return {row[argument_index] for row in self._find_matching_rows(atom.predicate, values)}
 
-    def _find_possible_values_of_derived_argument(
+    def _find_argument_values_of_derived_predicate(
         self, predicate: str, argument_index: int, known_arguments: Sequence[str | None]
     ) -> Set[str] | None:
         supports = []

@@ -19,7 +19,7 @@ from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import (
     ConditionWriter,
     PddlExportNames,
-    PddlNames,
+    PddlNamesByOriginalName,
     conjoin,
     find_predicates_forbidden_in_prompts,
     remove_hidden_predicates,
@@ -80,7 +80,9 @@ def _export_problem(
             for name, arguments in _export_initial_facts(glossary, header, problem)
         ]
     )
-    return m.PddlProblem(PddlNames()[problem.name], header.name, objects, facts, denied=(), goal=goal)
+    return m.PddlProblem(
+        PddlNamesByOriginalName()[problem.name], header.name, objects, facts, denied=(), goal=goal
+    )
 
 
 def _export_atom(predicate: str, arguments: Sequence[int], pddl_names: Sequence[str]) -> f.Atom:
@@ -156,8 +158,8 @@ class ExportedProblem:
     domain: m.PddlDomain
     problem: m.PddlProblem
     unsupported: tuple[str, ...]
-    _operators: PddlNames
-    _predicates: PddlNames
+    _operators: PddlNamesByOriginalName
+    _predicates: PddlNamesByOriginalName
     _object_names: Sequence[str]
 
     def export_state(self, state: State) -> PddlState:
@@ -227,10 +229,10 @@ def export_problems(
         if with_invisible_predicates
         else find_predicates_forbidden_in_prompts(domain.vocabulary)
     )
-    operators = PddlNames(operator.name for operator in domain.operators)
+    operators = PddlNamesByOriginalName(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [
-        PddlNames([*glossary.objects, *_list_object_names_in_formulas(problem.initial.scene)])
+        PddlNamesByOriginalName([*glossary.objects, *_list_object_names_in_formulas(problem.initial.scene)])
         for problem in problems
     ]
     goals = [
@@ -262,7 +264,10 @@ def _find_unsupported_features(glossary: PddlExportNames) -> Iterator[str]:
 
 
 def _export_goal(
-    glossary: PddlExportNames, object_names: PddlNames, problem: ProblemToExport, hidden: frozenset[str]
+    glossary: PddlExportNames,
+    object_names: PddlNamesByOriginalName,
+    problem: ProblemToExport,
+    hidden: frozenset[str],
 ) -> f.Formula:
     scene = problem.initial.scene
     about = ConditionWriter(glossary, object_names=object_names, scene=scene)
@@ -274,7 +279,10 @@ def _export_goal(
 
 
 def _export_operator(
-    operator: Operator, operator_names: PddlNames, glossary: PddlExportNames, hidden: frozenset[str]
+    operator: Operator,
+    operator_names: PddlNamesByOriginalName,
+    glossary: PddlExportNames,
+    hidden: frozenset[str],
 ) -> m.PddlAction:
     """Return the exported operator, without the effect of `_add_effect_that_records_execution`."""
     conditions = ConditionWriter(glossary)
@@ -304,7 +312,7 @@ def _make_precondition_from_alternatives(operator: Operator) -> f.Formula:
 
 
 def _add_effect_that_records_execution(
-    action: m.PddlAction, glossary: PddlExportNames, operator_names: PddlNames
+    action: m.PddlAction, glossary: PddlExportNames, operator_names: PddlNamesByOriginalName
 ) -> m.PddlAction:
     """Add an effect to an operator if a goal requires its execution. The effect states the execution."""
     done = glossary.execution_predicates.get(operator_names.find_original_name(action.name))
@@ -328,7 +336,7 @@ def _export_domain_header(
     if glossary.uses_object_order:
         arities[_get_precedes_predicate_name(glossary)] = 2
     return m.PddlDomain(
-        name=PddlNames()[name],
+        name=PddlNamesByOriginalName()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
         types=tuple(_export_types(glossary)),
         constants=constants,

@@ -319,18 +319,20 @@ def _require_supported_pddl(text: str, group: ExpressionList, kind: str, predica
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
             raise make_pddl_error(text, section.offset, PddlViolationKind.UNSUPPORTED, expected)
         for inner in _walk_nested_lists(section):
-            refused = _find_unsupported_feature(inner, numbers=head in _NUMBERED)
+            refused = _find_unsupported_feature(inner, allow_numbers=head in _NUMBERED)
             if refused is not None and get_first_word(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
                 raise make_pddl_error(text, inner.offset, PddlViolationKind.UNSUPPORTED, expected)
 
 
-def _find_unsupported_feature(group: ExpressionList, *, numbers: bool) -> str | None:
+def _find_unsupported_feature(group: ExpressionList, *, allow_numbers: bool) -> str | None:
     """Return the name of the unsupported feature in an expression; None if the expression is supported."""
     match group.items:
         case (Symbol("at"), Symbol(), ExpressionList()):
             return "facts that come true at a time"
-        case (Symbol("="), *terms) if not numbers and any(isinstance(item, ExpressionList) for item in terms):
+        case (Symbol("="), *terms) if not allow_numbers and any(
+            isinstance(item, ExpressionList) for item in terms
+        ):
             return _NUMBERS
         case (Symbol(":action"), _, *parts):
             keys = [item.text for item in parts if isinstance(item, Symbol)]

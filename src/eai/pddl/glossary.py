@@ -5,7 +5,8 @@ condition that an object is of a category becomes a static predicate. PDDL has n
 "exactly n" nor pairings of objects: these become quantifiers over n different objects, or n pairs.
 
 PDDL ignores case and allows few special characters. A valid PDDL name in lower case stays as it is. In any
-other name each invalid character becomes an underscore, and equal names get numbers (`PddlNames`).
+other name each invalid character becomes an underscore, and equal names get numbers
+(`PddlNamesByOriginalName`).
 """
 
 from __future__ import annotations
@@ -115,7 +116,7 @@ _RESERVED = CONNECTIVES | {
 """Reserved words of PDDL, including words of PDDL 3, which the plan validator VAL interprets."""
 
 
-class PddlNames(dict[str, str]):
+class PddlNamesByOriginalName(dict[str, str]):
     """The PDDL names of one kind of thing (objects, predicates, operators, types), each used once.
 
     If a name is missing, a lookup of this name adds it with a new PDDL name.
@@ -179,9 +180,9 @@ class PddlExportNames:
     """
 
     vocabulary: Vocabulary
-    predicates: PddlNames = field(init=False)
-    types: PddlNames = field(default_factory=PddlNames)
-    objects: PddlNames = field(default_factory=PddlNames)
+    predicates: PddlNamesByOriginalName = field(init=False)
+    types: PddlNamesByOriginalName = field(default_factory=PddlNamesByOriginalName)
+    objects: PddlNamesByOriginalName = field(default_factory=PddlNamesByOriginalName)
     derived: dict[str, DefinedPredicate] = field(default_factory=dict)
     without_formula: dict[str, DerivedPredicate] = field(default_factory=dict)
     category_predicates: dict[str, str] = field(default_factory=dict)
@@ -190,7 +191,7 @@ class PddlExportNames:
 
     def __post_init__(self) -> None:
         stored = [predicate.name for predicate in self.vocabulary.predicates]
-        self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
+        self.predicates = PddlNamesByOriginalName([*stored, *self.vocabulary.derived_by_name])
 
     def register_predicate(self, name: str) -> str:
         """Register a stored or derived predicate for the export, and return its PDDL name.
@@ -243,11 +244,14 @@ class ConditionWriter:
     """
 
     def __init__(
-        self, glossary: PddlExportNames, object_names: PddlNames | None = None, scene: Scene | None = None
+        self,
+        glossary: PddlExportNames,
+        object_names: PddlNamesByOriginalName | None = None,
+        scene: Scene | None = None,
     ) -> None:
         self.glossary = glossary
         self._object_names = glossary.objects if object_names is None else object_names
-        self._variables = PddlNames()
+        self._variables = PddlNamesByOriginalName()
         self._count = 0
         self._scene = scene
 

@@ -123,7 +123,7 @@ class Grounder:
                 if ground is not None:
                     yield ground
 
-    def find_goal_and_parameter_objects(self) -> frozenset[str]:
+    def find_objects_of_goal_and_parameter_types(self) -> frozenset[str]:
         """Return the objects that the goal names, and the objects of the types of operators' parameters.
 
         A parameter type is ignored if all objects belong to the type.

@@ -120,7 +120,7 @@ class _AnswerAndGoldClauses(NamedTuple):
     gold_literals: int
 
 
-def make_condition_clause(formula: f.Formula) -> Clause:
+def normalize_condition(formula: f.Formula) -> Clause:
     """Return a condition as a clause, that is, in the normal form in which conditions are compared.
 
     Raises:
@@ -128,20 +128,20 @@ def make_condition_clause(formula: f.Formula) -> Clause:
     """
     match formula:
         case f.Not(operand):
-            return _negate_clause(make_condition_clause(operand))
+            return _negate_clause(normalize_condition(operand))
         case f.And(operands) | f.Or(operands):
-            return _join_clauses(type(formula), map(make_condition_clause, operands))
+            return _join_clauses(type(formula), map(normalize_condition, operands))
         case f.Implies(premise, conclusion):
-            return make_condition_clause(f.Or((f.Not(premise), conclusion)))
+            return normalize_condition(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
-            return map_subformulas(formula, make_condition_clause)
+            return map_subformulas(formula, normalize_condition)
         case _:
             raise ValueError(
                 f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
             )
 
 
-def make_effect_clause(effect: m.PddlEffect) -> Clause:
+def normalize_effect(effect: m.PddlEffect) -> Clause:
     """Return an effect in normal form."""
     match effect:
         case m.Add(atom):
@@ -149,11 +149,11 @@ def make_effect_clause(effect: m.PddlEffect) -> Clause:
         case m.Delete(atom):
             return f.Not(atom)
         case m.AndEffect(parts):
-            return _join_clauses(f.And, map(make_effect_clause, parts))
+            return _join_clauses(f.And, map(normalize_effect, parts))
         case m.ForAllEffect(variable, part):
-            return f.ForAll(variable, make_effect_clause(part))
+            return f.ForAll(variable, normalize_effect(part))
         case m.WhenEffect(condition, part):
-            return f.Implies(make_condition_clause(condition), make_effect_clause(part))
+            return f.Implies(normalize_condition(condition), normalize_effect(part))
         case _:
             assert_never(effect)
 
@@ -239,14 +239,14 @@ def _prepare_gold_clauses(
                 tuple([_write_canonical(part, names) for part in _get_clause_parts(clause)]),
                 _count_literals(clause),
             )
-            for clause in (make_condition_clause(gold.precondition), make_effect_clause(gold.effect))
+            for clause in (normalize_condition(gold.precondition), normalize_effect(gold.effect))
         ]
     )
 
 
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> ComparisonWithGoldOperator:
     """Compare an operator of an answer with the data set's (gold) operator of the same name."""
-    own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
+    own = normalize_condition(predicted.precondition), normalize_effect(predicted.effect)
     sides = [
         _AnswerAndGoldClauses(ours, *theirs)
         for ours, theirs in zip(own, _prepare_gold_clauses(gold), strict=True)

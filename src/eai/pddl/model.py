@@ -135,9 +135,9 @@ def write_either_type(types: Iterable[str]) -> str:
     return f"{_EITHER}{' '.join(types)})"
 
 
-def list_alternatives_of_either_type(name: str) -> tuple[str, ...]:
+def list_alternatives_of_either_type(type_text: str) -> tuple[str, ...]:
     """Return the alternatives of a type ``(either ...)``, or the type itself."""
-    return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
+    return tuple(type_text[len(_EITHER) : -1].split()) if type_text.startswith(_EITHER) else (type_text,)
 
 
 class _ObjectsByType(dict[str, tuple[str, ...]]):

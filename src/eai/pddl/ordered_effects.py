@@ -128,7 +128,7 @@ class _OrderedToSimultaneousEffectsConverter:
                     yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_condition_for_lowest_index_object(variable, condition, bound, inside)
+                first = self._make_condition_that_object_is_first_match(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
@@ -148,7 +148,7 @@ class _OrderedToSimultaneousEffectsConverter:
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_condition_for_lowest_index_object(
+    def _make_condition_that_object_is_first_match(
         self,
         variable: f.Variable,
         condition: f.Formula,
@@ -191,7 +191,7 @@ class _OrderedToSimultaneousEffectsConverter:
         condition = change.condition
         if change.adds:
             undone = [
-                self._make_condition_that_deletion_overrides(change, other)
+                self._make_condition_that_deletion_undoes_addition(change, other)
                 for other in all_changes
                 if not other.adds
             ]
@@ -203,7 +203,7 @@ class _OrderedToSimultaneousEffectsConverter:
             effect = m.WhenEffect(condition, effect)
         yield wrap_in_quantifiers(m.ForAllEffect, change.variables, effect)
 
-    def _make_condition_that_deletion_overrides(
+    def _make_condition_that_deletion_undoes_addition(
         self, addition: _AtomChange, deletion: _AtomChange
     ) -> f.Formula:
         """Return the condition under which a later deletion removes an added atom."""

@@ -51,12 +51,12 @@ def find_offset_of_finding(
     return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
 
 
-def _find_expressions_at_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
+def _find_expressions_at_location(definition: ExpressionList, location_in_words: str) -> Iterator[SExpr]:
     """Yield the expressions at a location that is given in words, such as ``effect of move``."""
-    kind, _, name = place.partition(" of ")
-    if not name and place not in _SECTIONS:
-        kind, _, name = place.rpartition(" ")
-    wanted = _SECTIONS.get(kind, place)
+    kind, _, name = location_in_words.partition(" of ")
+    if not name and location_in_words not in _SECTIONS:
+        kind, _, name = location_in_words.rpartition(" ")
+    wanted = _SECTIONS.get(kind, location_in_words)
     for section in definition.items:
         if not isinstance(section, ExpressionList) or get_first_word(section) != wanted:
             continue

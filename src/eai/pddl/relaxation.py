@@ -38,7 +38,7 @@ _MAX_RULES = 2_000
 """Maximum number of rules (effects of actions) that one lookahead (`_RelaxedPlanFollower`) tries."""
 
 
-class _RelaxedEffect(NamedTuple):
+class _RelaxedRule(NamedTuple):
     """A conditional effect as a rule: the number of its action, and the literals it needs and makes true."""
 
     action: int
@@ -80,9 +80,9 @@ class Relaxation:
         self._looks = looks
         self._problem = problem
         self._again = 2 * problem.atoms
-        self._prices = _map_goal_atoms_to_unavoidable_deletions(problem)
+        self._prices = _map_goal_atoms_to_unavoidable_deletion_masks(problem)
         self._rules = [
-            _RelaxedEffect(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
+            _RelaxedRule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
@@ -167,7 +167,7 @@ class Relaxation:
             missing = needed & ~before
             needed &= before
             while missing:
-                action, needs, makes = self._find_first_rule_making_literals_true(missing, fired)
+                action, needs, makes = self._find_first_rule_making_any_literal_true(missing, fired)
                 missing &= ~(makes | makes << self._again)
                 chosen.add(action)
                 if relaxed_step == 0:
@@ -179,23 +179,23 @@ class Relaxation:
         """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
-    def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
+    def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedRule]:
         """Yield the rules (conditional effects) among `rules_mask` that make a literal true, in order."""
         for bit in iterate_one_bit_masks(self._making.get(literal, 0) & rules_mask):
             yield self._rules[bit.bit_length() - 1]
 
-    def _find_first_rule_making_literals_true(
-        self, missing_literals: LiteralMask, fired_rules: int
-    ) -> _RelaxedEffect:
+    def _find_first_rule_making_any_literal_true(
+        self, missing_literals: LiteralMask, fired_rules_mask: int
+    ) -> _RelaxedRule:
         """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
         for literal in iterate_one_bit_masks(missing_literals):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
-        making &= fired_rules
+        making &= fired_rules_mask
         return self._rules[(making & -making).bit_length() - 1]
 
 
-def _map_goal_atoms_to_unavoidable_deletions(problem: GroundProblem) -> dict[int, int]:
+def _map_goal_atoms_to_unavoidable_deletion_masks(problem: GroundProblem) -> dict[int, int]:
     """Return a mapping from each goal atom to the goal atoms that every action adding it makes false."""
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
@@ -234,7 +234,9 @@ def find_lookahead_actions_and_states(
     just before the action that needs it, and again if it has been lost. The final state is often the goal, or
     close to it.
     """
-    return _RelaxedPlanFollower(problem, relaxation, state, true_literals).find_actions_with_next_states()
+    return _RelaxedPlanFollower(
+        problem, relaxation, state, true_literals
+    ).find_lookahead_actions_with_next_states()
 
 
 class _RelaxedPlanFollower:
@@ -250,7 +252,7 @@ class _RelaxedPlanFollower:
         self._state, self._start, self._held = state, literals, literals
         self._taken: list[tuple[_ActionNumber, StateMask]] = []
 
-    def find_actions_with_next_states(self) -> Sequence[tuple[_ActionNumber, StateMask]]:
+    def find_lookahead_actions_with_next_states(self) -> Sequence[tuple[_ActionNumber, StateMask]]:
         """Make missing literals of the goal true, one after the other, until no more can be made true.
 
         Return the actions that do this, each with the state after it.
@@ -262,26 +264,26 @@ class _RelaxedPlanFollower:
             before = missing
             for literal in self._order_literals_reached_latest_first(goal, len(self._layers.fired)):
                 if not self._held & literal:
-                    self._try_to_reach_goal_literal(literal)
+                    self._try_to_add_actions_reaching_goal_literal(literal)
         return self._taken
 
     def _count_missing_goals(self) -> _MissingGoalCounts:
         missing = self._problem.goal & ~self._held
         return _MissingGoalCounts((missing & ~self._start).bit_count(), missing.bit_count())
 
-    def _try_to_reach_goal_literal(self, literal: int) -> None:
+    def _try_to_add_actions_reaching_goal_literal(self, literal: int) -> None:
         """Make a goal literal true, by the first action after which fewer goal literals are missing.
 
         Nothing changes if no action achieves this.
         """
-        missing, start_point = self._count_missing_goals(), self._take_actions_and_state_snapshot()
+        missing, start_point = self._count_missing_goals(), self._make_snapshot_of_actions_and_state()
         for relaxed_step, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
                 if self._apply_rule_if_possible(rule, relaxed_step) and self._count_missing_goals() < missing:
                     return
                 self._restore_actions_and_state(start_point)
 
-    def _apply_rule_if_possible(self, rule: _RelaxedEffect, relaxed_step: int) -> bool:
+    def _apply_rule_if_possible(self, rule: _RelaxedRule, relaxed_step: int) -> bool:
         """Make the precondition of a rule true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._try_to_reach_literals_together(rule.needs, relaxed_step):
@@ -298,7 +300,7 @@ class _RelaxedPlanFollower:
         first attempt begins with the literals that relaxed planning reaches last. If the attempt fails, a
         second attempt treats these literals last. If both attempts fail, all these actions are undone.
         """
-        start_point = self._take_actions_and_state_snapshot()
+        start_point = self._make_snapshot_of_actions_and_state()
         for last in (False, True):
             for _ in range(_MAX_ROUNDS):
                 missing = self._order_literals_reached_latest_first(needed & ~self._held, relaxed_step)
@@ -337,7 +339,7 @@ class _RelaxedPlanFollower:
             missing &= reached
         return [*ordered, *iterate_one_bit_masks(missing)]
 
-    def _take_actions_and_state_snapshot(self) -> _ActionsAndStateSnapshot:
+    def _make_snapshot_of_actions_and_state(self) -> _ActionsAndStateSnapshot:
         return len(self._taken), self._state, self._held
 
     def _restore_actions_and_state(self, snapshot: _ActionsAndStateSnapshot) -> None:

@@ -251,7 +251,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     goal = grounder.goal()
     if goal is None and not looks.is_limit_exceeded:
         return SearchResult(SearchEndReason.UNREACHABLE)
-    objects = grounder.find_goal_and_parameter_objects()
+    objects = grounder.find_objects_of_goal_and_parameter_types()
     central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.problem_objects
     if goal is None or looks.is_limit_exceeded:
         return SearchResult(SearchEndReason.STATES)
@@ -411,7 +411,7 @@ class _ReachableLiteralPairs:
             for action in problem.actions
             for rule in self._make_conditional_effects(action.needs, action.changes)
         ]
-        while self._add_compatible_literal_pairs_of_effects(rules):
+        while self._add_literal_pairs_reached_by_all_effects(rules):
             pass
 
     def may_hold_together(self, needed: LiteralMask) -> bool:
@@ -439,16 +439,16 @@ class _ReachableLiteralPairs:
                 self._negate_literals(makes | always),
             )
 
-    def _add_compatible_literal_pairs_of_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
+    def _add_literal_pairs_reached_by_all_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
         """Add the pairs of literals that effects can make true together. Return whether any is new."""
         grew = False
         for rule in effects:
             if self._looks.is_limit_exceeded:
                 return False
-            grew |= self._add_compatible_literal_pairs(rule)
+            grew |= self._add_literal_pairs_reached_by_effect(rule)
         return grew
 
-    def _add_compatible_literal_pairs(self, effect: _ConditionalEffect) -> bool:
+    def _add_literal_pairs_reached_by_effect(self, effect: _ConditionalEffect) -> bool:
         """Add the pairs of literals that an effect can make true together. Return whether any is new."""
         companions = self._find_literals_compatible_with_all(effect.needs)
         if companions is None:

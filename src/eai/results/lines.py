@@ -259,7 +259,7 @@ WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final"
 """
 
 
-class SuiteProtocolDomainAndAbility(NamedTuple):
+class SuiteKey(NamedTuple):
     """Identifies a suite, as in tables and file names: a protocol (rules), a benchmark and an ability."""
 
     protocol: str
@@ -275,11 +275,9 @@ class SuiteProtocolDomainAndAbility(NamedTuple):
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
-def group_by_suite(lines: Iterable[L]) -> dict[SuiteProtocolDomainAndAbility, list[L]]:
+def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
     """Return a mapping from each suite to its table lines, ordered by first occurrence."""
-    return group_pairs(
-        (SuiteProtocolDomainAndAbility(line.protocol, line.domain, line.ability), line) for line in lines
-    )
+    return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:

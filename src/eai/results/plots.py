@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError, require_extra
 from eai.base.grouping import group_pairs
-from eai.results.lines import MODEL, SUITE, SuiteProtocolDomainAndAbility
+from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 
 if TYPE_CHECKING:
@@ -233,11 +233,9 @@ _DARK_PERCENT = 55.0
 """Rate in percent above which the letters in a cell are white instead of dark."""
 
 
-def group_rows_by_suite(table: Table) -> dict[SuiteProtocolDomainAndAbility, list[dict[str, Cell]]]:
+def group_rows_by_suite(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """Return a mapping from protocol (rules), benchmark and ability to rows; a row maps columns to values."""
-    return group_pairs(
-        (SuiteProtocolDomainAndAbility(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts()
-    )
+    return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
 def get_value_of_cell(cell: Cell | None) -> float:

@@ -25,7 +25,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import list_benchmarks
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 from eai.results.paper_tables import read_paper_protocol_and_tables
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
@@ -59,9 +59,9 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
-    def suite(self) -> SuiteProtocolDomainAndAbility:
+    def suite(self) -> SuiteKey:
         """Suite of the run: protocol (scoring rules), benchmark and ability, as tables name them."""
-        return SuiteProtocolDomainAndAbility(self.protocol.value, self.domain, self.ability.value)
+        return SuiteKey(self.protocol.value, self.domain, self.ability.value)
 
     @property
     def protocol_domain_ability_and_name(self) -> tuple[str, str, str, str]:

@@ -14,7 +14,7 @@ from typing import get_type_hints
 from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
-from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteProtocolDomainAndAbility, TidyTableLine
+from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyTableLine
 from eai.results.markdown import format_markdown_rows
 from eai.results.parquet import import_parquet
 from eai.results.table import Cell, Estimate, Plain, Table, TextCell
@@ -160,9 +160,7 @@ def _group_rows_to_show_by_heading(table: Table) -> dict[str, list[tuple[Cell, .
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]
     shown: dict[str, list[tuple[Cell, ...]]] = {}
     for row in rows:
-        heading = (
-            str(SuiteProtocolDomainAndAbility(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
-        )
+        heading = str(SuiteKey(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
         heading += f", {row[MODEL]}" if MODEL in row else ""
         of_suite = shown.setdefault(heading, [])
         if table.max_shown_rows is None or len(of_suite) < table.max_shown_rows:

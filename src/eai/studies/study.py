@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
 from eai.benchmarks.registry import get_title
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, read_paper_protocol_and_tables
 from eai.results.plots import add_title, clip_label
 from eai.studies.variation import VariationOptions
@@ -81,13 +81,13 @@ class Study:
     included_in_all: bool = False
 
 
-def format_suite_heading(suite: SuiteProtocolDomainAndAbility) -> str:
+def format_suite_heading(suite: SuiteKey) -> str:
     """Return the heading of a suite, with the title of its benchmark."""
     return str(suite._replace(domain=get_title(suite.domain)))
 
 
-def add_title_and_file_name_to_suite_figure(
-    suite: SuiteProtocolDomainAndAbility, file_name_prefix: str, figure: Figure | None
+def make_file_name_and_titled_suite_figure(
+    suite: SuiteKey, file_name_prefix: str, figure: Figure | None
 ) -> tuple[str, Figure | None]:
     """Return the file name of a figure of a suite, and the figure with the suite's title.
 
@@ -98,7 +98,7 @@ def add_title_and_file_name_to_suite_figure(
     return f"{file_name_prefix}-{suite.suite_name_for_file_names}", figure
 
 
-def add_title_and_file_name_to_run_figure(
+def make_file_name_and_titled_run_figure(
     key: RunKey, file_name: str, figure: Figure | None
 ) -> tuple[str, Figure | None]:
     """Return the file name of a figure of a run, and the figure with a title of suite and model.

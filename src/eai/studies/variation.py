@@ -86,10 +86,10 @@ class StageThatObtainsGoalsOrScenes:
         Raises:
             InputError: a stage obtained no beliefs, or the prompts cannot state the beliefs.
         """
-        beliefs = self.collect_goals_and_scenes(endpoint, suite)
+        beliefs = self.collect_goals_and_scenes_up_to_this_stage(endpoint, suite)
         return beliefs.make_prompts_stating_goals_and_scenes(self.library, suite, task_ids), beliefs
 
-    def collect_goals_and_scenes(
+    def collect_goals_and_scenes_up_to_this_stage(
         self, endpoint: ModelEndpoint, suite: Suite
     ) -> GoalsAndScenesStatedInPrompts:
         """Return a model's beliefs from this stage and all earlier stages of the run.
@@ -102,7 +102,7 @@ class StageThatObtainsGoalsOrScenes:
         """
         if self.previous is None:
             return self.believe(self, endpoint, suite)
-        earlier = self.previous.collect_goals_and_scenes(endpoint, suite)
+        earlier = self.previous.collect_goals_and_scenes_up_to_this_stage(endpoint, suite)
         return earlier.combine_own_scenes_with_goals_of(self.believe(self, endpoint, suite))
 
     @property

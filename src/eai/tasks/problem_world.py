@@ -25,7 +25,7 @@ from eai.pddl.files import (
     read_problem_file,
     read_text,
 )
-from eai.pddl.glossary import PddlExportNames, PddlNames
+from eai.pddl.glossary import PddlExportNames, PddlNamesByOriginalName
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
 from eai.tasks.source import TaskSet
@@ -269,7 +269,9 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
-    declared = _make_problem_to_state_converter(domain, tasks, lambda name: PddlNames()[name], spelt)
+    declared = _make_problem_to_state_converter(
+        domain, tasks, lambda name: PddlNamesByOriginalName()[name], spelt
+    )
     named = [
         export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
     ]

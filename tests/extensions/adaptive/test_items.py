@@ -16,7 +16,7 @@ from eai.extensions.adaptive.item_flags import make_function_that_flags_doubtful
 from eai.extensions.adaptive.study import make_task_difficulty_tables
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 from eai.results.table import Table
 from eai.tasks.source import Source
 from eai.world.action import Action
@@ -25,12 +25,12 @@ from studies.published import tables
 
 pytest.importorskip("scipy")
 
-SUBGOALS = SuiteProtocolDomainAndAbility("eai-1.0.5", "virtualhome", "subgoal_decomposition")
-PLANS = SuiteProtocolDomainAndAbility("eai-1.0.5", "virtualhome", "action_sequencing")
+SUBGOALS = SuiteKey("eai-1.0.5", "virtualhome", "subgoal_decomposition")
+PLANS = SuiteKey("eai-1.0.5", "virtualhome", "action_sequencing")
 WRONG_GOLD = "cleaning_high_chair_0_Wainscott_0_int_0_2021-06-05_18-03-15"
 
 
-def unflagged(suite: SuiteProtocolDomainAndAbility, task: str, unsolved: bool) -> Iterator[Flag]:
+def unflagged(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
     if unsolved:
         yield "unsolved"
 
@@ -95,7 +95,7 @@ def test_tasks_are_flagged_by_who_solves_them(nine: dict[str, list[dict[str, Any
     ],
 )
 def test_the_planner_tries_tasks_that_no_model_solves(
-    suite: SuiteProtocolDomainAndAbility,
+    suite: SuiteKey,
     task: str,
     unsolved: bool,
     flags: list[Flag],
@@ -119,7 +119,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
     monkeypatch.setattr(Planner, "find_plan", search)
     flags = make_function_that_flags_doubtful_tasks(Source(data_store))
     for protocol, looks in (("strict", 0), ("eai-1.0.5", 1)):
-        suite = SuiteProtocolDomainAndAbility(protocol, "behavior", "subgoal_decomposition")
+        suite = SuiteKey(protocol, "behavior", "subgoal_decomposition")
         assert list(flags(suite, WRONG_GOLD, True)) == ["unsolved: plan exists"]
         assert len(searched) == looks
 

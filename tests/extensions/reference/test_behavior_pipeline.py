@@ -19,8 +19,8 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import compute_metric_rates
 from eai.results.table import Estimate
-from eai.studies.pipeline.analysis import _ModularAndPipelineRuns, merge_run_pairs
-from eai.studies.pipeline.stage_one import make_goals_for_prompts
+from eai.studies.pipeline.analysis import _RunsWithTrueAndInterpretedGoals, merge_run_pairs
+from eai.studies.pipeline.stage_one import make_interpreted_goals_for_prompts
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
 
@@ -57,21 +57,21 @@ def suite(data_store: DataPackStore) -> Suite:
 
 
 @pytest.fixture(scope="module")
-def runs(suite: Suite) -> dict[str, _ModularAndPipelineRuns]:
+def runs(suite: Suite) -> dict[str, _RunsWithTrueAndInterpretedGoals]:
     """The two runs of each model, by model."""
     return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
-def _runs(model: str, suite: Suite) -> _ModularAndPipelineRuns:
+def _runs(model: str, suite: Suite) -> _RunsWithTrueAndInterpretedGoals:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
-    believed = make_goals_for_prompts(goals, benchmark, suite.source)
+    believed = make_interpreted_goals_for_prompts(goals, benchmark, suite.source)
     alone = read_oracle("behavior", "subgoal_decomposition", model)["records"]
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _ModularAndPipelineRuns(
+    return _RunsWithTrueAndInterpretedGoals(
         modular, [believed.add_experiment_and_study_summaries(record) for record in second], {}, {}, {}
     )
 
@@ -95,7 +95,7 @@ def published(model: str) -> dict[str, tuple[str, bool, bool]]:
     }
 
 
-def test_published_verdicts(runs: dict[str, _ModularAndPipelineRuns]) -> None:
+def test_published_verdicts(runs: dict[str, _RunsWithTrueAndInterpretedGoals]) -> None:
     equal: Counter[str] = Counter()
     differences = []
     for model, found in runs.items():
@@ -119,7 +119,7 @@ def test_published_verdicts(runs: dict[str, _ModularAndPipelineRuns]) -> None:
     assert differences == list(DIFFERENCES)
 
 
-def test_cells_of_the_paper(runs: dict[str, _ModularAndPipelineRuns]) -> None:
+def test_cells_of_the_paper(runs: dict[str, _RunsWithTrueAndInterpretedGoals]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
     paper = read_paper_table("pipeline_subgoal_decomposition")
     off = []
@@ -141,7 +141,7 @@ def test_cells_of_the_paper(runs: dict[str, _ModularAndPipelineRuns]) -> None:
     ("verdicts", "solved"), [("published", (91, 25, 30)), ("here", (98, 27, 30))]
 )  # fmt: skip
 def test_where_the_loss_comes_from(
-    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _ModularAndPipelineRuns]
+    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _RunsWithTrueAndInterpretedGoals]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
     found = [
@@ -161,7 +161,7 @@ def test_where_the_loss_comes_from(
     }
 
 
-def _as_published(found: _ModularAndPipelineRuns, model: str) -> _ModularAndPipelineRuns:
+def _as_published(found: _RunsWithTrueAndInterpretedGoals, model: str) -> _RunsWithTrueAndInterpretedGoals:
     """The same with the simulator's verdicts on the pipeline."""
     theirs = published(model)
     piped = []

@@ -23,7 +23,7 @@ from eai.extensions.scenes.rendered import render_task_images
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import ScenePresentationOptions
-from eai.studies.perception.scenes import make_scenes_for_prompts_without_model
+from eai.studies.perception.scenes import make_scenes_for_prompts_without_captioner
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
 from explorer_pages import read_explorer
@@ -75,7 +75,7 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = make_scenes_for_prompts_without_model(
+    believed = make_scenes_for_prompts_without_captioner(
         ScenePresentationOptions(scene=scene), suite.benchmark, tasks, PromptTemplates()
     )
     belief = believed.beliefs[JARS]

@@ -22,7 +22,7 @@ from eai.studies.perception.declaration import make_numerator_and_denominator_by
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
 from eai.studies.perception.scene_graph import SupportRelation
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.source import Source
@@ -86,7 +86,7 @@ def test_invalid_settings_of_noise_are_refused(settings: list[str], told: str) -
     assert str(error.value).startswith(told)
 
 
-def occasions(kind: str, perceived: PerceptionErrors, told: int) -> tuple[int, int]:
+def occasions(kind: str, perceived: ScenePerceptionErrorCounts, told: int) -> tuple[int, int]:
     """Return how often an error was made, and how often it was possible."""
     return {
         "missing": (perceived.missing, perceived.facts),

@@ -12,13 +12,13 @@ from eai.results.codec import dataclass_to_json
 from eai.results.record import Record
 from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception
-from eai.studies.perception.study import PLAIN, make_perception_tables
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.study import PLAIN, make_scene_format_comparison_tables
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from eai.studies.study import choose_metric
 from experiments import experiment
 
 SUCCESS = "task_success"
-NOTHING_WRONG = PerceptionErrors(
+NOTHING_WRONG = ScenePerceptionErrorCounts(
     4, 2, 4, 0, 0, 0, 0, 3, 3, 0, 0, {"in": ConfusionCounts(2, 0, 0), "lit": ConfusionCounts(2, 0, 0)}
 )
 LOST_LIT = replace(
@@ -37,7 +37,9 @@ BLIND = replace(LOST_LIT, unseen=1, names=2)
 EXTRA = replace(LOST_IN, unnecessary=1, perceived=5)
 
 
-def record(task: int, scene: str | None, perceived: PerceptionErrors | None, *, success: bool) -> Record:
+def record(
+    task: int, scene: str | None, perceived: ScenePerceptionErrorCounts | None, *, success: bool
+) -> Record:
     return Record(
         Protocol.STRICT,
         "kitchen",
@@ -70,7 +72,7 @@ NOISY = [
 
 
 def tables(*runs: list[Record]) -> dict[str, Table]:
-    return {table.name: table for table in make_perception_tables(runs, SUCCESS)}
+    return {table.name: table for table in make_scene_format_comparison_tables(runs, SUCCESS)}
 
 
 def plain(row: tuple[object, ...]) -> list[object]:
@@ -132,7 +134,7 @@ def test_tasks_with_one_name_count_as_one_unit_in_intervals() -> None:
 
 def test_records_without_perception_and_unknown_metrics_are_refused() -> None:
     with pytest.raises(InputError, match="no record has a perceived scene"):
-        make_perception_tables([PLAIN_RUN], SUCCESS)
+        make_scene_format_comparison_tables([PLAIN_RUN], SUCCESS)
     with pytest.raises(InputError, match="metric=speed: expected one of task_success"):
         choose_metric(Ability.ACTION_SEQUENCING, "speed")
 

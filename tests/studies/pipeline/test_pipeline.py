@@ -11,7 +11,7 @@ from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.pipeline.analysis import (
     _classify_correctness_of_stated_goals,
-    _ModularAndPipelineRuns,
+    _RunsWithTrueAndInterpretedGoals,
     merge_run_pairs,
 )
 from experiments import experiment
@@ -32,9 +32,9 @@ def piped(plain: list[Record]) -> list[Record]:
     return made
 
 
-def of(model: str = "first") -> _ModularAndPipelineRuns:
+def of(model: str = "first") -> _RunsWithTrueAndInterpretedGoals:
     plain = action_run(model)
-    return _ModularAndPipelineRuns(plain, piped(plain), {}, {}, {})
+    return _RunsWithTrueAndInterpretedGoals(plain, piped(plain), {}, {}, {})
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
@@ -74,7 +74,7 @@ def test_tasks_of_a_pipeline_are_grouped_by_the_rightness_of_stated_goals() -> N
 
 def test_modular_and_pipeline_rates_have_intervals_and_the_papers_figures() -> None:
     plain = action_run()
-    stages, *_ = _ModularAndPipelineRuns(
+    stages, *_ = _RunsWithTrueAndInterpretedGoals(
         plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}
     ).make_tables()
     row = next(row for row in stages.rows if row[0] == "task_success")
@@ -93,7 +93,7 @@ def test_modular_and_pipeline_rates_have_intervals_and_the_papers_figures() -> N
 def test_tables_show_a_perfect_second_stage_and_the_missing_conditions() -> None:
     plain = action_run()
     asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
-    *_, goals, _, missed = _ModularAndPipelineRuns(
+    *_, goals, _, missed = _RunsWithTrueAndInterpretedGoals(
         plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
     ).make_tables()
     assert counts(goals, "perfect stage 2") == {

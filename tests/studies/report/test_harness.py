@@ -22,7 +22,7 @@ from eai.results.runs import read_runs
 from eai.results.table import TextCell
 from eai.results.totals import RunTotals
 from eai.studies.report.rankings import make_rankings
-from eai.studies.report.run_summary import select_runs_without_study_or_rule_change, summarize_run
+from eai.studies.report.run_summary import select_runs_with_standard_rules_and_no_study, summarize_run
 from processes import eai
 from record_files import write_records
 
@@ -55,7 +55,7 @@ def test_a_task_without_an_answer_belongs_to_the_harness_of_its_run() -> None:
 
 def test_tables_show_the_harness_and_effort_of_a_model(folders: Sequence[Path]) -> None:
     runs = [summarize_run(run) for run in read_runs(folders)]
-    (table,) = make_rankings(select_runs_without_study_or_rule_change(runs), with_paper=False)
+    (table,) = make_rankings(select_runs_with_standard_rules_and_no_study(runs), with_paper=False)
     headings = [column.name for column in table.make_table().columns][:4]
     assert headings == ["rank", "model", "harness", "answered"]
     rows = [(row[1].text, row[2]) for row in table.make_table().rows if isinstance(row[1], TextCell)]

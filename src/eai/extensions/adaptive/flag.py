@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Literal, TypeAlias
 
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 
 Flag: TypeAlias = Literal[
     "saturated", "unsolved", "unsolved: no plan", "unsolved: plan exists", "negative", "ambiguous names"
@@ -20,7 +20,7 @@ Flag: TypeAlias = Literal[
 - ambiguous names: the task's goals require the same of several objects that have one name in answers.
 """
 
-FlagReader = Callable[[SuiteProtocolDomainAndAbility, str, bool], Iterator[Flag]]
+FlagReader = Callable[[SuiteKey, str, bool], Iterator[Flag]]
 """Function that yields the flags of a task: reasons to use the answers to it with caution.
 
 Its arguments are the task's benchmark and ability, the task id, and whether all models fail the task.

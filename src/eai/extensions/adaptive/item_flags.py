@@ -18,7 +18,7 @@ from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import get_planner
 from eai.planning.search import SearchEndReason, SearchResult
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind, Task
@@ -46,7 +46,7 @@ def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
         return find_plan(open_tasks(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
-    def open_suite_and_answers(key: SuiteProtocolDomainAndAbility) -> tuple[Suite, tuple[AnswersByTask, ...]]:
+    def open_suite_and_answers(key: SuiteKey) -> tuple[Suite, tuple[AnswersByTask, ...]]:
         """Return a suite (tasks with scoring), gold answers, and answers made from the planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_gold_answers(benchmark, ability, source)
@@ -55,7 +55,7 @@ def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
-    def flag_whether_unsolved_task_has_plan(key: SuiteProtocolDomainAndAbility, task_id: str) -> Flag:
+    def flag_whether_unsolved_task_has_plan(key: SuiteKey, task_id: str) -> Flag:
         suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
@@ -65,9 +65,7 @@ def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
         is_impossible = search_plan(key.domain, task_id).end is SearchEndReason.UNREACHABLE
         return "unsolved: no plan" if is_impossible else "unsolved"
 
-    def find_flags_of_task(
-        key: SuiteProtocolDomainAndAbility, task_id: str, unsolved: bool
-    ) -> Iterator[Flag]:
+    def find_flags_of_task(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
         task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:

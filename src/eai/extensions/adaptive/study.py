@@ -22,7 +22,7 @@ from eai.results.certainty import LEVEL, compute_student_quantile
 from eai.results.lines import (
     SUITE,
     AnswerTableLine,
-    SuiteProtocolDomainAndAbility,
+    SuiteKey,
     compute_contribution_to_main_score,
     group_by_suite,
     make_task_rate_contribution,
@@ -42,7 +42,7 @@ from eai.results.plots import (
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
+from eai.studies.study import Analysis, Figures, Study, make_file_name_and_titled_suite_figure
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -106,9 +106,7 @@ def collect_scores(answers: Sequence[AnswerTableLine]) -> SuiteScores:
     return SuiteScores(tuple(by_model), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-_ScoredSuites: TypeAlias = Mapping[
-    SuiteProtocolDomainAndAbility, tuple[Sequence[AnswerTableLine], SuiteScores]
-]
+_ScoredSuites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerTableLine], SuiteScores]]
 
 
 def make_task_difficulty_tables(answers: Sequence[AnswerTableLine], flags: FlagReader) -> list[Table]:
@@ -342,7 +340,7 @@ def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterat
 def _draw_figures(tables: Sequence[Table]) -> Figures:
     abilities = group_rows_by_suite(tables[1])
     for suite, rows in group_rows_by_suite(tables[3]).items():
-        yield add_title_and_file_name_to_suite_figure(
+        yield make_file_name_and_titled_suite_figure(
             suite, "items", draw_difficulties_and_abilities(rows, abilities[suite])
         )
 

@@ -27,7 +27,7 @@ from eai.results.lines import (
     AnswerScoreName,
     AnswerTableLine,
     PlanStepTableLine,
-    SuiteProtocolDomainAndAbility,
+    SuiteKey,
     TaskGoalTableLine,
     TidyTableLine,
     group_by_model,
@@ -51,7 +51,7 @@ from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
+from eai.studies.study import Analysis, Figures, Study, make_file_name_and_titled_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -74,7 +74,7 @@ All of them are numbers, such as the number of steps. The features in `_UNCOMPAR
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
-_AnswersBySuite: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, Sequence[AnswerTableLine]]
+_AnswersBySuite: TypeAlias = Mapping[SuiteKey, Sequence[AnswerTableLine]]
 _ShareGetter: TypeAlias = Callable[[AnswerTableLine], Share]
 
 _MAX_BINS = 8
@@ -186,10 +186,14 @@ def _make_correlations_table(suites: _AnswersBySuite, get_share: _ShareGetter) -
     """
     for suite, answers in suites.items():
         for model, lines in group_by_model(answers).items():
-            yield from [(*suite, model, *row) for row in _compute_correlation_rows(lines, get_share)]
+            yield from [
+                (*suite, model, *row) for row in _correlate_features_with_task_scores(lines, get_share)
+            ]
 
 
-def _compute_correlation_rows(answers: Iterable[AnswerTableLine], get_share: _ShareGetter) -> Iterator[Row]:
+def _correlate_features_with_task_scores(
+    answers: Iterable[AnswerTableLine], get_share: _ShareGetter
+) -> Iterator[Row]:
     """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
     scores = {t: fmean(Rate(*get_share(a)).share or 0 for a in lines) for t, lines in tasks.items()}
@@ -317,17 +321,17 @@ def _analyze_task_features(records: StudyRecords, options: _ScoreByFeatureOption
 def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerScoreName) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
-        yield add_title_and_file_name_to_suite_figure(
+        yield make_file_name_and_titled_suite_figure(
             suite, "curves", draw_success_by_feature(rows, f"{measure}, percent")
         )
     for suite, rows in group_rows_by_suite(adjusted).items():
-        yield add_title_and_file_name_to_suite_figure(suite, "adjusted", draw_feature_effects(rows))
+        yield make_file_name_and_titled_suite_figure(suite, "adjusted", draw_feature_effects(rows))
     for suite, rows in group_rows_by_suite(by_action).items():
         figure = draw_rates_by_name(rows, "action", "executed", "executed of the steps tried")
-        yield add_title_and_file_name_to_suite_figure(suite, "by_action", figure)
+        yield make_file_name_and_titled_suite_figure(suite, "by_action", figure)
     for suite, rows in group_rows_by_suite(by_predicate).items():
         figure = draw_rates_by_name(rows, "predicate", "reached", "reached of the goals that mention it")
-        yield add_title_and_file_name_to_suite_figure(suite, "by_predicate", figure)
+        yield make_file_name_and_titled_suite_figure(suite, "by_predicate", figure)
 
 
 DRAWN_FEATURES = (

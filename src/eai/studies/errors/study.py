@@ -44,7 +44,7 @@ from eai.results.plots import (
 from eai.results.table import Cell, Estimate, Row, Table, TextCell, collect_rows_in_table
 from eai.studies.errors.overview import draw_sankey_diagrams_of_outcomes, make_outcome_counts_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
+from eai.studies.study import Analysis, Figures, Study, make_file_name_and_titled_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -318,13 +318,13 @@ def _draw_error_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
     yield from draw_sankey_diagrams_of_outcomes(tables[-1])
     for suite, rows in group_rows_by_suite(leaves).items():
-        yield add_title_and_file_name_to_suite_figure(suite, "flow", draw_answer_outcomes(rows))
+        yield make_file_name_and_titled_suite_figure(suite, "flow", draw_answer_outcomes(rows))
         levels = ("stage", "kind", "detail")
-        yield add_title_and_file_name_to_suite_figure(
+        yield make_file_name_and_titled_suite_figure(
             suite, "leaves", draw_rate_matrix(rows, levels, "answers", "percent of answers")
         )
     for suite, rows in group_rows_by_suite(checks).items():
-        yield add_title_and_file_name_to_suite_figure(
+        yield make_file_name_and_titled_suite_figure(
             suite, "why", draw_rates_by_name(rows, "check", "share", "share of runtime errors")
         )
 

@@ -22,7 +22,7 @@ from eai.results.lines import (
 from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_suite_figure
+from eai.studies.study import Analysis, Figures, Study, make_file_name_and_titled_suite_figure
 from eai.tasks.options import Options
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
@@ -38,9 +38,9 @@ def make_goal_tables(atoms: Sequence[InterpretedGoalTableLine]) -> list[Table]:
     """Return the tables that compare the goals in answers with the goals of tasks."""
     return [
         _make_predicates_table(atoms),
-        _make_wrong_goal_reasons_table(atoms),
+        _make_table_of_reasons_for_wrong_goals(atoms),
         _make_wrong_goals_table(atoms),
-        _make_model_counts_by_goal_table(atoms),
+        _make_models_stating_or_missing_goal_table(atoms),
     ]
 
 
@@ -79,7 +79,7 @@ def _score_goal_as_matched_or_not(line: InterpretedGoalTableLine) -> TaskRateCon
 
 
 @collect_rows_in_table("reasons", (*SUITE, MODEL, "reason", "share"))
-def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
+def _make_table_of_reasons_for_wrong_goals(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
@@ -113,7 +113,7 @@ def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterat
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _make_model_counts_by_goal_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
+def _make_models_stating_or_missing_goal_table(atoms: Sequence[InterpretedGoalTableLine]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
     For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,
@@ -144,11 +144,11 @@ def _draw_goal_score_figures(tables: Sequence[Table]) -> Figures:
     by_predicate, reasons = tables[:2]
     for suite, rows in group_rows_by_suite(by_predicate).items():
         for score in ("precision", "recall"):
-            yield add_title_and_file_name_to_suite_figure(
+            yield make_file_name_and_titled_suite_figure(
                 suite, score, draw_rates_by_name(rows, "predicate", score, score)
             )
     for suite, rows in group_rows_by_suite(reasons).items():
-        yield add_title_and_file_name_to_suite_figure(
+        yield make_file_name_and_titled_suite_figure(
             suite, "reasons", draw_rate_matrix(rows, ("reason",), "share", "percent of wrong goals")
         )
 

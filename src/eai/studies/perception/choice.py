@@ -133,7 +133,7 @@ class ScenePresentationOptions(VariationOptions):
         """
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._label_of_additional_facts else ""
+        return f"perception.context {self.context}" if self._label_suffix_of_context_option else ""
 
     @property
     def results_heading(self) -> str:
@@ -196,18 +196,20 @@ class ScenePresentationOptions(VariationOptions):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._label_of_picture_source_or_clutter}{self._label_of_additional_facts}"
+        return (
+            f"{self.scene}{who}{self._label_suffix_of_picture_options}{self._label_suffix_of_context_option}"
+        )
 
-    def make_options_with_pictures_only(self) -> Self:
+    def make_options_that_show_only_pictures(self) -> Self:
         """Return options for questions that ask a model to describe the scenes: same pictures, no text."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _label_of_additional_facts(self) -> str:
+    def _label_suffix_of_context_option(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
-    def _label_of_picture_source_or_clutter(self) -> str:
+    def _label_suffix_of_picture_options(self) -> str:
         if self.images is not None:
             return "-own"
         return "" if self.clutter in (None, "none") else f"-{self.clutter}"

@@ -23,7 +23,7 @@ from eai.abilities.verdict import (
     sum_confusion_counts,
 )
 from eai.base.entry_points import load_from_extension
-from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
+from eai.studies.perception.verdict import SceneGraphVerdict, ScenePerceptionErrorCounts
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def make_numerator_and_denominator_by_rate(perceived: PerceptionErrors) -> dict[str, Share]:
+def make_numerator_and_denominator_by_rate(perceived: ScenePerceptionErrorCounts) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     Two rates are from the paper. ``predicate_error`` is the share of true facts that the graph lacks or

@@ -15,7 +15,7 @@ from eai.studies.perception.scene_graph import (
     SceneGraphVocabulary,
     read_scene_graph,
 )
-from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
+from eai.studies.perception.verdict import SceneGraphVerdict, ScenePerceptionErrorCounts
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
@@ -44,10 +44,12 @@ class _SceneGraphAnswerScorer(Scorer):
             success=not any((seen.missing, seen.misplaced, seen.unnecessary, seen.invented, seen.unreadable)),
             seen=seen,
         )
-        return Assessment(verdict, partial(_explain_differences, self._task, self._words, graph))
+        return Assessment(verdict, partial(_explain_scene_graph_errors, self._task, self._words, graph))
 
 
-def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> VerdictExplanation:
+def _explain_scene_graph_errors(
+    task: Task, words: SceneGraphVocabulary, graph: SceneGraph
+) -> VerdictExplanation:
     lost, wrong = _find_missing_and_untrue_facts(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
@@ -57,7 +59,9 @@ def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGr
     return VerdictExplanation(notes=(*notes, *write_repair_notes(graph.repairs)))
 
 
-def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> PerceptionErrors:
+def find_perception_errors(
+    task: Task, words: SceneGraphVocabulary, graph: SceneGraph
+) -> ScenePerceptionErrorCounts:
     """Return the differences between a scene graph and a task's scene.
 
     A relation that the graph lacks counts as misplaced if the graph has an untrue fact with the same
@@ -75,7 +79,7 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
     misplaced = (moved & gone).total()
     objects = {name for name in described.objects if index[name] != task.scene.agent}
     right = set(described.facts).intersection(graph.facts)
-    return PerceptionErrors(
+    return ScenePerceptionErrorCounts(
         facts=len(described.facts),
         relations=sum(len(fact.arguments) == 2 for fact in described.facts),
         perceived=len(graph.facts),

@@ -147,43 +147,43 @@ class _NoisySceneGraphMaker:
             facts[fact] = self._misplace_object(fact, facts.values())
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
-        in_order += self._draw_untrue_facts(visible, in_order)
-        doubles = dict(self._draw_objects_and_duplicate_names())
+        in_order += self._sample_untrue_facts_for_noisy_graph(visible, in_order)
+        doubles = dict(self._sample_objects_to_duplicate_with_new_names())
         in_order += [
             extra
             for name in doubles
-            if (extra := self._draw_fact_about_duplicate(name, doubles[name])) is not None
+            if (extra := self._sample_fact_about_duplicate(name, doubles[name])) is not None
         ]
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
     def _misplace_object(
-        self, fact: SceneGraphFact, listed_facts: Collection[SceneGraphFact]
+        self, fact: SceneGraphFact, facts_already_in_graph: Collection[SceneGraphFact]
     ) -> SceneGraphFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
-        seen, objects = set(listed_facts), list(self._described_names)
+        seen, objects = set(facts_already_in_graph), list(self._described_names)
         self._make_seeded_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
 
-    def _draw_untrue_facts(
-        self, visible_facts: Sequence[SceneGraphFact], listed_facts: Sequence[SceneGraphFact]
+    def _sample_untrue_facts_for_noisy_graph(
+        self, visible_true_facts: Sequence[SceneGraphFact], facts_already_in_graph: Sequence[SceneGraphFact]
     ) -> list[SceneGraphFact]:
         """Return random untrue facts for a scene graph, at most as many as there are visible facts.
 
         They are about visible objects with facts in the true graph. None states what the agent's hand holds.
         """
-        all_seen, added = set(listed_facts), list[SceneGraphFact]()
+        all_seen, added = set(facts_already_in_graph), list[SceneGraphFact]()
         words = self._words
         predicates = [
             words.find_predicate_name_in_graphs(name)
             for name in words.stored_forms
             if name not in words.holding_predicate_names
         ]
-        for fact in visible_facts:
+        for fact in visible_true_facts:
             generator = self._make_seeded_random("more", str(fact))
             if generator.random() >= self._noise.unnecessary:
                 continue
-            drawn = (self._draw_random_fact(generator, predicates) for _ in range(_MAX_DRAWS))
+            drawn = (self._sample_random_fact(generator, predicates) for _ in range(_MAX_DRAWS))
             possible = (
                 new
                 for new in drawn
@@ -197,26 +197,26 @@ class _NoisySceneGraphMaker:
                 added.append(chosen)
         return added
 
-    def _draw_random_fact(self, generator: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
+    def _sample_random_fact(self, generator: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
         predicate = generator.choice(predicates)
         arity = self._words.arity_by_predicate_name_in_graphs[predicate]
         return SceneGraphFact(
             predicate, tuple([generator.choice(self._described_names) for _ in range(arity)])
         )
 
-    def _is_new_untrue_fact(self, fact: SceneGraphFact, listed_facts: set[SceneGraphFact]) -> bool:
+    def _is_new_untrue_fact(self, fact: SceneGraphFact, facts_already_in_graph: set[SceneGraphFact]) -> bool:
         """Whether a fact is possible, untrue, and not yet in the graph.
 
         A possible fact names each object once, and makes no object support itself through other objects.
         """
-        is_known = fact in self._true_facts or fact in listed_facts
+        is_known = fact in self._true_facts or fact in facts_already_in_graph
         return (
             not is_known
             and len({*fact.arguments}) == len(fact.arguments)
             and not self._supports.would_close_cycle(fact)
         )
 
-    def _draw_objects_and_duplicate_names(self) -> Iterator[tuple[str, str]]:
+    def _sample_objects_to_duplicate_with_new_names(self) -> Iterator[tuple[str, str]]:
         """Yield the name of each object to which noise adds a duplicate, with the name of the duplicate."""
         taken = set(self._names)
         for name in self._seen_names:
@@ -228,7 +228,7 @@ class _NoisySceneGraphMaker:
                 taken.add(duplicate)
                 yield name, duplicate
 
-    def _draw_fact_about_duplicate(self, object_name: str, duplicate_name: str) -> SceneGraphFact | None:
+    def _sample_fact_about_duplicate(self, object_name: str, duplicate_name: str) -> SceneGraphFact | None:
         """Return a random visible fact about an object, with the name of the object's duplicate instead.
 
         The duplicate is an invented object that the model sees beside the true object. The result is None if

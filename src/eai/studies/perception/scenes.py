@@ -41,7 +41,7 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _combine_scenes_with_recorded_format(
+def _combine_shown_scenes_with_format_for_records(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> GoalsAndScenesStatedInPrompts:
     """Combine the scenes that questions show (``beliefs``) with the scene format that records store."""
@@ -73,7 +73,7 @@ def make_scenes_for_prompts_from_graphs(
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
     about = {i: {SCENE: graph.json_text} for i, graph in graphs.items()}
-    return _combine_scenes_with_recorded_format(
+    return _combine_shown_scenes_with_format_for_records(
         scene_format_label,
         beliefs,
         metadata=about,
@@ -99,7 +99,7 @@ def read_scene_graphs_for_prompts(
     return make_scenes_for_prompts_from_graphs(scene_format_label, suite.tasks, words, read)
 
 
-def make_scenes_for_prompts_without_model(
+def make_scenes_for_prompts_without_captioner(
     options: ScenePresentationOptions,
     benchmark: Benchmark,
     tasks: Mapping[str, Task],
@@ -123,7 +123,7 @@ def make_scenes_for_prompts_without_model(
             make_scenes_for_prompts_from_graphs(options.label_of_chosen_options, tasks, words, seen),
             perceive_changed_scene=look,
         )
-    return _combine_scenes_with_recorded_format(
+    return _combine_shown_scenes_with_format_for_records(
         options.label_of_chosen_options,
         _show_true_scenes_as_text_or_pictures(options, benchmark, tasks, templates),
         perceive_changed_scene=look,
@@ -144,7 +144,10 @@ def _show_true_scenes_as_text_or_pictures(
         }
         return {i: BelievedTask(task, initial=said[i]) for i, task in tasks.items()}
     images = _load_task_pictures(options, benchmark, tasks)
-    texts = {i: _describe_pictures(options.scene, tasks[i], benchmark, templates) for i in images}
+    texts = {
+        i: _write_prompt_text_about_scene_pictures(options.scene, tasks[i], benchmark, templates)
+        for i in images
+    }
     said = {
         i: _append_unlisted_facts_if_requested(text, options, tasks[i], benchmark, templates)
         for i, text in texts.items()
@@ -231,7 +234,7 @@ def choose_distractor_objects(
     return ranked[: _MAX_OTHERS_PER_OBJECT[clutter] * len(shown_objects)]
 
 
-def _describe_pictures(
+def _write_prompt_text_about_scene_pictures(
     scene: SceneFormat, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     text = templates.read(f"scene_{scene}.txt")
@@ -340,7 +343,7 @@ def collect_scenes_for_prompts(
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = make_scenes_for_prompts_without_model(
+            stage.found_beliefs[key] = make_scenes_for_prompts_without_captioner(
                 options, suite.benchmark, tasks, templates
             )
     return stage.found_beliefs[key]
@@ -355,7 +358,7 @@ def _ask_model_to_list_scenes_in_pictures(
         stage.library,
         stage.task_ids,
         stage.ask,
-        partial(collect_scenes_for_prompts, options.make_options_with_pictures_only()),
+        partial(collect_scenes_for_prompts, options.make_options_that_show_only_pictures()),
     )
     captioner = ModelEndpoint(str(options.scene_model), options.scene_args, options.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -30,9 +30,9 @@ from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.perception.choice import STUDY, ScenePresentationOptions
 from eai.studies.perception.declaration import make_numerator_and_denominator_by_rate
 from eai.studies.perception.steps import compute_mean_steps
-from eai.studies.perception.verdict import PerceptionErrors
+from eai.studies.perception.verdict import ScenePerceptionErrorCounts
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, add_title_and_file_name_to_run_figure, choose_metric
+from eai.studies.study import Analysis, Figures, Study, choose_metric, make_file_name_and_titled_run_figure
 from eai.studies.variation import AskModel, StageThatObtainsGoalsOrScenes
 from eai.tasks.options import Options
 from eai.tasks.share import Share
@@ -83,7 +83,7 @@ class _TaskWithPerceptionErrors:
         case: the task, with the numerator and denominator that the answer adds to the metric.
     """
 
-    perceived: PerceptionErrors
+    perceived: ScenePerceptionErrorCounts
     case: TaskRateContribution
 
     @property
@@ -105,7 +105,7 @@ class _TaskWithPerceptionErrors:
 
     @property
     def predicates_with_missing_facts(self) -> frozenset[str]:
-        """Names of the predicates of true facts that are missing or misplaced (`PerceptionErrors`)."""
+        """Names of the predicates of true facts that are missing or misplaced (`ScenePerceptionErrorCounts`)."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_contribution_to_rate(self, share: Share) -> TaskRateContribution:
@@ -140,7 +140,7 @@ class _RunsBySceneFormat:
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])
             for record in self.runs[scene_format_of_run]
-            if (perceived := read_study_summary(record, STUDY, PerceptionErrors)) is not None
+            if (perceived := read_study_summary(record, STUDY, ScenePerceptionErrorCounts)) is not None
             and record.task_id in cases
         ]
 
@@ -184,7 +184,7 @@ class _RunsBySceneFormat:
         )
 
 
-def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
+def make_scene_format_comparison_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
     """Return the tables that compare the scene formats of one model's runs in a suite.
 
     Args:
@@ -359,7 +359,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
     for label, group in groups:
         key = group[0].key
         metric = choose_metric(key.ability, chosen.metric)
-        tables = make_perception_tables([run.records for run in group], metric)
+        tables = make_scene_format_comparison_tables([run.records for run in group], metric)
         folder = f"{key.suite.suite_name_for_file_names}-{to_file_name(label)}" if len(groups) > 1 else ""
         yield Analysis(
             tables, _draw_error_rate_figure(tables[0], metric, key._replace(model=label)), folder=folder
@@ -373,7 +373,7 @@ def _make_key_without_scene(key: RunKey) -> str:
 
 
 def _draw_error_rate_figure(table_of_runs: Table, metric: str, key: RunKey) -> Figures:
-    yield add_title_and_file_name_to_run_figure(
+    yield make_file_name_and_titled_run_figure(
         key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric)
     )
 

@@ -9,7 +9,7 @@ from eai.abilities.verdict import ConfusionCounts, Verdict
 
 
 @dataclass(frozen=True, slots=True)
-class PerceptionErrors:
+class ScenePerceptionErrorCounts:
     """The differences between a scene graph and the true scene, by the paper's four kinds of error.
 
     The kinds are from the appendix on vision models. The described facts of a scene are those that a prompt
@@ -50,7 +50,7 @@ class PerceptionErrors:
     unreadable: bool = False
 
 
-_NOTHING_PERCEIVED = PerceptionErrors(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
+_NOTHING_PERCEIVED = ScenePerceptionErrorCounts(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,4 +63,4 @@ class SceneGraphVerdict(Verdict):
     """
 
     success: bool = False
-    seen: PerceptionErrors = _NOTHING_PERCEIVED
+    seen: ScenePerceptionErrorCounts = _NOTHING_PERCEIVED

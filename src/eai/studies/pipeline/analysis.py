@@ -28,7 +28,7 @@ from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
 from eai.results.certainty import TaskRateContribution, TaskRateContributions
 from eai.results.comparison import compare_runs
-from eai.results.lines import SuiteProtocolDomainAndAbility
+from eai.results.lines import SuiteKey
 from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.rate import compute_rate
 from eai.results.record import Record
@@ -36,7 +36,7 @@ from eai.results.runs import Run, RunKey
 from eai.results.summary import find_task_name, make_contributions_by_metric
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.pipeline.operator_execution import analyze_operators
-from eai.studies.pipeline.stage_one import STUDY, read_interpretations
+from eai.studies.pipeline.stage_one import STUDY, read_goal_interpretation_answers
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, format_suite_heading, make_remarks_on_comparison_with_paper
 from eai.tasks.source import Source
@@ -69,7 +69,7 @@ def _classify_correctness_of_stated_goals(record: Record) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _ModularAndPipelineRuns:
+class _RunsWithTrueAndInterpretedGoals:
     """Two runs of one model on one suite: a modular run and a pipeline.
 
     Questions of the modular run state the true goals of the tasks. Those of the pipeline state goals that a
@@ -92,9 +92,9 @@ class _ModularAndPipelineRuns:
     paper: Mapping[str, tuple[float | None, float | None]]
 
     @property
-    def suite(self) -> SuiteProtocolDomainAndAbility:
+    def suite(self) -> SuiteKey:
         record = self.modular[0]
-        return SuiteProtocolDomainAndAbility(record.protocol.value, record.domain, record.ability.value)
+        return SuiteKey(record.protocol.value, record.domain, record.ability.value)
 
     @property
     def pipeline_label(self) -> str:
@@ -332,14 +332,14 @@ def _estimate_both_rates_and_difference(
     )
 
 
-def merge_run_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
+def merge_run_pairs(pairs: Sequence[_RunsWithTrueAndInterpretedGoals]) -> _RunsWithTrueAndInterpretedGoals:
     """Merge pairs of a modular run and a pipeline into one pair with all their records.
 
     Each task id gets the number of its pair as a prefix, so that a task counts once for each pair. The names
     of tasks, by which intervals group tasks, do not change.
     """
     numbered = list(enumerate(pairs))
-    return _ModularAndPipelineRuns(
+    return _RunsWithTrueAndInterpretedGoals(
         [_prefix_task_id(number, record) for number, pair in numbered for record in pair.modular],
         [_prefix_task_id(number, record) for number, pair in numbered for record in pair.pipeline],
         {f"{number} {task}": value for number, pair in numbered for task, value in pair.reachable.items()},
@@ -383,10 +383,12 @@ def analyze_pipelines(
     runs = list(records.read_runs())
     chains = list(analyze_operators(runs, records))
     yield from chains
-    if chains and not any(map(_has_pipeline_options, runs)):
+    if chains and not any(map(_has_questions_with_interpreted_goals, runs)):
         return
     pairs = [
-        _make_pipeline_pair(*two, records.source, goal_answers_path, search_for_plans=search_for_plans)
+        _make_runs_with_true_and_interpreted_goals(
+            *two, records.source, goal_answers_path, search_for_plans=search_for_plans
+        )
         for two in _pair_modular_and_pipeline_runs(records, runs)
     ]
     if not pairs and not chains:
@@ -417,8 +419,8 @@ def analyze_pipelines(
 
 def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """Yield pairs: a modular run (true goals in questions), and a pipeline that differs only in its goals."""
-    plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
-    pipelines = [run for run in runs if _has_pipeline_options(run)]
+    plain = {run.key: run for run in runs if not _has_questions_with_interpreted_goals(run)}
+    pipelines = [run for run in runs if _has_questions_with_interpreted_goals(run)]
     if not pipelines:
         raise InputError(
             "expected records of a pipeline (from eai run --with pipeline.goals=own, or eai score --goals), "
@@ -434,20 +436,20 @@ def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) 
             yield alone, run
 
 
-def _has_pipeline_options(run: Run) -> bool:
+def _has_questions_with_interpreted_goals(run: Run) -> bool:
     return run.key.experiment is not None and STUDY in run.key.experiment.study
 
 
-def _make_pipeline_pair(
-    modular: Run, pipeline: Run, source: Source, goals: Path | None, *, search_for_plans: bool
-) -> _ModularAndPipelineRuns:
+def _make_runs_with_true_and_interpreted_goals(
+    modular: Run, pipeline: Run, source: Source, goal_answers_path: Path | None, *, search_for_plans: bool
+) -> _RunsWithTrueAndInterpretedGoals:
     key = modular.key
     conditions: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
-    if goals is not None:
+    if goal_answers_path is not None:
         benchmark = find_benchmark(key.domain)
         model = pipeline.records[0].settings_by_study[STUDY].options["goals_from"]
-        answers = read_interpretations(goals, benchmark, source, model)[1]
+        answers = read_goal_interpretation_answers(goal_answers_path, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         conditions = {
             task: list(_list_goal_predicates_and_whether_missed(suite.scorer(task), text))
@@ -457,8 +459,12 @@ def _make_pipeline_pair(
             tasks = {record.task_id for record in pipeline.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_check_if_stated_goals_reach_true_goals(benchmark, wanted, source))
-    return _ModularAndPipelineRuns(
-        modular.records, pipeline.records, reachable, conditions, _find_paper_percents_by_metric(key)
+    return _RunsWithTrueAndInterpretedGoals(
+        modular.records,
+        pipeline.records,
+        reachable,
+        conditions,
+        _find_paper_modular_and_pipeline_percents(key),
     )
 
 
@@ -475,7 +481,7 @@ def _check_if_stated_goals_reach_true_goals(
             yield task_id, bool(success)
 
 
-def _find_paper_percents_by_metric(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
+def _find_paper_modular_and_pipeline_percents(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """Return metric -> the paper's percentages for a model, first of its modular run, then of its pipeline.
 
     Questions of the modular run state the true goals; those of the pipeline state goals that a model
@@ -496,7 +502,7 @@ def _find_paper_percents_by_metric(key: RunKey) -> Mapping[str, tuple[float | No
     }
 
 
-def _make_pair_analysis(pair: _ModularAndPipelineRuns, title: str, folder: str) -> Analysis:
+def _make_pair_analysis(pair: _RunsWithTrueAndInterpretedGoals, title: str, folder: str) -> Analysis:
     tables, record = pair.make_tables(), pair.modular[0]
     heading = f"{title}, {format_suite_heading(pair.suite)}"
     goals = next(table for table in tables if table.name == "goals")

@@ -50,7 +50,7 @@ AnswersOfModel: TypeAlias = tuple[str, Mapping[str, str]]
 """Pair of a model's name and the model's answers to the questions of one ability, by task id."""
 
 
-def read_goals_for_prompts(
+def read_interpreted_goals_for_prompts(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> GoalsAndScenesStatedInPrompts:
     """Read the goals that a model's answers state. Later questions state them instead of the true goals.
@@ -61,7 +61,9 @@ def read_goals_for_prompts(
         InputError: questions of the ability state no goals, or there are no answers.
     """
     require_ability_whose_questions_state_goals(ability)
-    return make_goals_for_prompts(read_interpretations(path, benchmark, source, model), benchmark, source)
+    return make_interpreted_goals_for_prompts(
+        read_goal_interpretation_answers(path, benchmark, source, model), benchmark, source
+    )
 
 
 def require_ability_whose_questions_state_goals(ability: Ability) -> None:
@@ -71,7 +73,7 @@ def require_ability_whose_questions_state_goals(ability: Ability) -> None:
         raise InputError(f"goals: questions of {ability.value} state no goals; choose {names}")
 
 
-def make_goals_for_prompts(
+def make_interpreted_goals_for_prompts(
     interpretations: AnswersOfModel,
     benchmark: Benchmark,
     source: Source,
@@ -115,14 +117,14 @@ def _summarize_goals_stated_in_answer(answer: str, task_id: str, suite: Suite) -
     )
     return {
         "goals_sha256": hash_text(answer),
-        "goal_counts": list(count_goal_confusion(suite.score(task_id, answer))),
+        "goal_counts": list(count_right_wrong_and_missed_goals(suite.score(task_id, answer))),
         "stage_1_unreadable": read.unreadable is not None,
         "stage_1_unknown": list(read.unknown),
         "stage_1_left_out": len(read.left_out),
     }
 
 
-def count_goal_confusion(verdict: object) -> ConfusionCounts:
+def count_right_wrong_and_missed_goals(verdict: object) -> ConfusionCounts:
     """Return three numbers: right goals, other stated goals, and missed goals of the task.
 
     Other stated goals are wrong, ill-formed, or name something that does not exist.
@@ -133,7 +135,9 @@ def count_goal_confusion(verdict: object) -> ConfusionCounts:
     return ConfusionCounts(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
 
 
-def read_interpretations(path: Path, benchmark: Benchmark, source: Source, model: str = "") -> AnswersOfModel:
+def read_goal_interpretation_answers(
+    path: Path, benchmark: Benchmark, source: Source, model: str = ""
+) -> AnswersOfModel:
     """Return the answers to goal interpretation in a file of responses or records, or a folder of such files.
 
     Records in a folder come before response files.
@@ -206,13 +210,17 @@ def obtain_goals_interpreted_by_model(
         if goals == OWN:
             answers = _ask_for_goals(stage, endpoint, suite)
         else:
-            answers = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
+            answers = read_goal_interpretation_answers(
+                Path(goals), suite.benchmark, suite.source, endpoint.model
+            )
         scenes = (
             None
             if stage.previous is None
-            else stage.previous.collect_goals_and_scenes(endpoint, suite).beliefs
+            else stage.previous.collect_goals_and_scenes_up_to_this_stage(endpoint, suite).beliefs
         )
-        stage.found_beliefs[key] = make_goals_for_prompts(answers, suite.benchmark, suite.source, scenes)
+        stage.found_beliefs[key] = make_interpreted_goals_for_prompts(
+            answers, suite.benchmark, suite.source, scenes
+        )
     if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
         raise InputError(
             f"goals {goals}: found no answer to goal interpretation for any task of the run; "
@@ -243,7 +251,11 @@ def obtain_goals_and_subgoals_stated_by_model(
         prompts = stage.library.open(suite.benchmark, Ability.SUBGOAL_DECOMPOSITION)
         wanted = {i: prompts[i] for i in subgoal_suite.task_ids if i in stage.task_ids[suite.domain]}
         answers = stage.ask_for_answers(endpoint, wanted, subgoal_suite, first=stage.previous)
-        goals = None if stage.previous is None else stage.previous.collect_goals_and_scenes(endpoint, suite)
+        goals = (
+            None
+            if stage.previous is None
+            else stage.previous.collect_goals_and_scenes_up_to_this_stage(endpoint, suite)
+        )
         stage.found_beliefs[key] = add_subgoals_to_stated_goals(
             goals, (to_file_name(endpoint.model), answers), subgoal_suite
         )
@@ -281,7 +293,7 @@ def add_subgoals_to_stated_goals(
     )
 
 
-def summarize_stated_goals(
+def summarize_goals_stated_in_question(
     record: Record, suite: Suite, question_metadata: Mapping[str, Any]
 ) -> Mapping[str, Json]:
     """Return the summary of the goals and subgoals that a question stated, for the record of its answer.
@@ -295,7 +307,7 @@ def summarize_stated_goals(
     task_id, models = record.task_id, record.settings_by_study[STUDY].options
     if STATED not in question_metadata:
         return {}
-    beliefs = make_goals_for_prompts(
+    beliefs = make_interpreted_goals_for_prompts(
         (models["goals_from"], {task_id: question_metadata[STATED]}), suite.benchmark, suite.source
     )
     if SUBGOALS in question_metadata:

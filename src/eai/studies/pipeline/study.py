@@ -139,9 +139,9 @@ def _analyze_pipelines(records: StudyRecords, chosen: _PipelineAnalysisOptions) 
 def _summarize_stated_goals_and_subgoals(
     record: Record, suite: Suite, question_metadata: Mapping[str, Any]
 ) -> Mapping[str, Json]:
-    from eai.studies.pipeline.stage_one import summarize_stated_goals
+    from eai.studies.pipeline.stage_one import summarize_goals_stated_in_question
 
-    return summarize_stated_goals(record, suite, question_metadata)
+    return summarize_goals_stated_in_question(record, suite, question_metadata)
 
 
 PIPELINE = Study(

@@ -223,7 +223,7 @@ def make_prompt_tables(
     top = min(BEST_PROMPTS, len(matrix.prompts))
     return [
         _make_metric_by_prompt_and_model_table(matrix),
-        _make_model_agreement_on_prompt_order_table(matrix, top),
+        _make_prompt_ranking_agreement_table(matrix, top),
         _make_variance_table(matrix),
         _make_gains_table(matrix, base),
     ]
@@ -249,7 +249,7 @@ def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Ite
 
 
 @collect_rows_in_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
-def _make_model_agreement_on_prompt_order_table(
+def _make_prompt_ranking_agreement_table(
     matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS
 ) -> Iterator[Row]:
     """Do models agree on which prompts are better?

@@ -49,7 +49,7 @@ from eai.studies.study import (
     Analysis,
     Figures,
     Study,
-    add_title_and_file_name_to_run_figure,
+    make_file_name_and_titled_run_figure,
     make_remarks_on_comparison_with_paper,
 )
 from eai.studies.variation import VariationOptions
@@ -442,7 +442,7 @@ def _analyze_replanning(records: StudyRecords, chosen: _ReplanningAnalysisOption
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(recount_errors_as_in_paper, model_runs) if chosen.published_counts else model_runs
         groups = group_runs_by_replanning_options([run.records for run in counted])
-        made, notes = _make_tables(groups, key)
+        made, notes = _make_replanning_tables_and_paper_remarks(groups, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
             made,
@@ -453,7 +453,9 @@ def _analyze_replanning(records: StudyRecords, chosen: _ReplanningAnalysisOption
         )
 
 
-def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[list[Table], list[str]]:
+def _make_replanning_tables_and_paper_remarks(
+    groups: Sequence[_ReplanningRunGroup], key: RunKey
+) -> tuple[list[Table], list[str]]:
     """Return all tables, and remarks on rates in the paper, if the paper has rates for the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
@@ -462,16 +464,16 @@ def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[li
         return make_replanning_tables(groups), []
     return [
         *make_replanning_tables(groups),
-        _make_paper_table(papers, key.domain),
+        _make_table_of_rates_printed_in_paper(papers, key.domain),
     ], make_remarks_on_comparison_with_paper(papers, key.protocol)
 
 
 def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> Figures:
-    yield add_title_and_file_name_to_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
+    yield make_file_name_and_titled_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
 
 
 @collect_rows_in_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
-def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
+def _make_table_of_rates_printed_in_paper(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """Rates in the paper.
 
     Percentages as printed in the paper Embodied Agent Interface. Read the notes above the tables before you

@@ -26,7 +26,7 @@ from eai.results.rate import NOTHING, Rate, compute_rate
 from eai.results.repeats import find_success_metric, make_pass_at_k_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change
+from eai.studies.report.run_summary import RunSummary, select_runs_with_standard_rules_and_no_study
 from eai.studies.report.table_specs import format_suite_title
 
 STRATA: Mapping[str, range] = {
@@ -126,7 +126,7 @@ def make_report_markdown(
     with_paper: bool,
 ) -> str:
     """Return the page as Markdown. The section on cost is added at the end if it is not empty."""
-    plain = select_runs_without_study_or_rule_change(runs)
+    plain = select_runs_with_standard_rules_and_no_study(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",

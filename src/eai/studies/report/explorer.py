@@ -154,7 +154,9 @@ class ExplorerPageData:
         """Add a run, with its stored verdicts on answers, to the explorer."""
         key, background = run.key, self._background(run.key.domain)
         log: Json = run.log and [*run.log, _VIEWER]
-        self._begin_run((key.protocol.value, key.domain, key.ability.value, key.name), key.sort_key, log)
+        self._start_collecting_answers_of_run(
+            (key.protocol.value, key.domain, key.ability.value, key.name), key.sort_key, log
+        )
         self._rows_by_run.append([self._make_answer_fields(record) for record in run.records])
         prompts = background.prompts.get(key.ability.value, {})
         stored = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
@@ -193,7 +195,7 @@ class ExplorerPageData:
             "o": outcome,
             "f": error and [*error],
             "R": [*lines],
-            "s": [_list_step_values(step) for step in steps],
+            "s": [_convert_step_report_to_json(step) for step in steps],
         }
         rows = self._logged_runs.setdefault((protocol, domain, ACTING.value, model), [])
         rows.append(_drop_empty_values(values))
@@ -204,7 +206,7 @@ class ExplorerPageData:
         First come details of answers, then prompts, and last the index of all answers.
         """
         for names, rows in self._logged_runs.items():
-            self._begin_run(names)
+            self._start_collecting_answers_of_run(names)
             self._rows_by_run.append(rows)
         self._logged_runs.clear()
         self._compress_answers_of_collected_runs()
@@ -223,11 +225,16 @@ class ExplorerPageData:
         }
         index = self._index.copy()
         end = index.compress(f"],{_encode_json(content)[1:]}".encode()) + index.flush()
-        yield from map(_encode_line, self._details)
-        yield from map(_encode_line, map(_compress, map(_map_prompts_to_line_indices, prompts.values())))
-        yield _encode_line(b"".join([*self._compressed_index, end]))
+        yield from map(_encode_as_base64_line, self._details)
+        yield from map(
+            _encode_as_base64_line,
+            map(_compress, map(_encode_prompts_as_indices_of_shared_lines, prompts.values())),
+        )
+        yield _encode_as_base64_line(b"".join([*self._compressed_index, end]))
 
-    def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
+    def _start_collecting_answers_of_run(
+        self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None
+    ) -> None:
         """Add the names of a run (protocol, domain, ability, model), to which the next answers belong.
 
         Before that, compress the answers collected so far if they belong to another suite, or if they are
@@ -263,7 +270,7 @@ class ExplorerPageData:
     def _make_answer_fields(self, record: Record) -> _Row:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or VerdictExplanation(), self._background(record.domain)
-        fields = _make_ability_fields(record)
+        fields = _make_ability_specific_fields(record)
         # field q lists the clauses of operators, and the explanation's notes would repeat this list
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
@@ -276,12 +283,12 @@ class ExplorerPageData:
                 "r": record.response,
                 "f": None if error is None else [error.kind.value, error.step, error.detail],
                 "m": list(record.all_answer_repairs),
-                "S": _list_answer_spans_with_reading_kind(verdict),
+                "S": _list_answer_spans_with_parsing_outcome(verdict),
                 "R": [*describe_repair(verdict.repair)] if verdict.repair else [],
                 **fields,
                 "T": _list_turns(record),
                 "w": [*notes],
-                "s": [_list_step_values(step) for step in explanation.steps],
+                "s": [_convert_step_report_to_json(step) for step in explanation.steps],
                 "G": _list_goals(explanation),
                 "A": self._list_attempts(record),
                 "F": background.find_film(record),
@@ -324,11 +331,11 @@ def _compress(content: Json) -> bytes:
     return zlib.compress(_encode_json(content).encode(), zlib.Z_BEST_COMPRESSION)
 
 
-def _encode_line(compressed: bytes) -> str:
+def _encode_as_base64_line(compressed: bytes) -> str:
     return f"{base64.b64encode(compressed).decode()}\n"
 
 
-def _map_prompts_to_line_indices(prompts: Mapping[str, str]) -> Json:
+def _encode_prompts_as_indices_of_shared_lines(prompts: Mapping[str, str]) -> Json:
     """Return all different lines of the prompts, and each task's prompt as a list of indices of lines."""
     lines: dict[str, int] = {}
     tasks = {
@@ -359,7 +366,7 @@ def _list_turns(record: Record) -> list[Json]:
     return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
 
-def _make_ability_fields(record: Record) -> _Row:
+def _make_ability_specific_fields(record: Record) -> _Row:
     if isinstance(record.verdict, PlanVerdict):
         return _make_plan_fields(record.ability, record.verdict)
     if record.ability is Ability.GOAL_INTERPRETATION:
@@ -398,17 +405,17 @@ def _make_operator_fields(verdict: OperatorVerdict) -> _Row:
         **_make_confusion_count_fields(counts),
         "p": verdict.planner and verdict.planner.value,
         "k": list(verdict.task_categories),
-        "q": [_list_operator_values(operator) for operator in verdict.operators],
+        "q": [_convert_operator_report_to_json(operator) for operator in verdict.operators],
     }
 
 
-def _list_step_values(step: StepReport) -> Json:
+def _convert_step_report_to_json(step: StepReport) -> Json:
     """Return the fields of a step in the order that the JavaScript of ``explorer.html`` expects."""
     facts = [*step.added], [*step.removed]
     return [step.action, step.outcome, step.reason, step.earlier, *facts, step.hidden_changes]
 
 
-def _list_operator_values(operator: OperatorReport) -> Json:
+def _convert_operator_report_to_json(operator: OperatorReport) -> Json:
     """Return an operator: name, status, clauses of precondition and effect, and rule violations."""
     sides = [
         [[*side.matched], [*side.additional], [*side.missing]]
@@ -421,7 +428,7 @@ def _list_operator_values(operator: OperatorReport) -> Json:
     return [operator.name, operator.status.value, *sides, offences]
 
 
-def _list_answer_spans_with_reading_kind(verdict: Verdict) -> list[Json]:
+def _list_answer_spans_with_parsing_outcome(verdict: Verdict) -> list[Json]:
     """Return the parts of an answer's text, each as (start, end, how it was read).
 
     A part can be repaired, skipped as prose, or unreadable, for example (`AnswerSpanKind`). The list is empty

@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results.plots import INK, MODEL_COLORS, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
-from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change
+from eai.studies.report.run_summary import RunSummary, select_runs_with_standard_rules_and_no_study
 from eai.studies.report.table_specs import format_ability_title
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
-    return group_pairs((item.key.domain, item) for item in select_runs_without_study_or_rule_change(runs))
+    return group_pairs((item.key.domain, item) for item in select_runs_with_standard_rules_and_no_study(runs))
 
 
 def _group_results_by_model(runs: Sequence[RunSummary]) -> dict[str, _Results]:

@@ -45,7 +45,7 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
 A group of columns is, for example, the runtime errors. An empty list means all groups.
 """
 
-_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
+_RankedRowsByPanelMetric: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
 """Lines of a panel, one for each rate of the model, with a dot for each domain.
 
 The key of a line is the heading above the line, and the column that has the rate. The value lists the dots,
@@ -83,7 +83,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
         answered = "" if row.coverage is None else f", {row.coverage} answered"
         domains.setdefault(table.domain, f"{get_title(table.domain)}{answered}")
     all_panels = {
-        title: _make_lines_of_summary_panel(shown, names, groups) for title, names, groups in _PANELS
+        title: _group_ranked_rows_by_panel_metric(shown, names, groups) for title, names, groups in _PANELS
     }
     panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:
@@ -101,9 +101,9 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     return figure
 
 
-def _make_lines_of_summary_panel(
+def _group_ranked_rows_by_panel_metric(
     rows: Sequence[tuple[Ranking, RankedModel]], table_names: Sequence[str], column_groups: Sequence[str]
-) -> _Lines:
+) -> _RankedRowsByPanelMetric:
     """Return the lines of one panel of the page: a line for each rate in the tables with the given names."""
     return group_pairs(
         ((format_ability_title(column.ability) if column.ability else column.group, column), (table, row))
@@ -115,7 +115,7 @@ def _make_lines_of_summary_panel(
     )
 
 
-def _compute_panel_height_in_lines(lines: _Lines) -> int:
+def _compute_panel_height_in_lines(lines: _RankedRowsByPanelMetric) -> int:
     """Return the height of a panel in lines, including one line for the heading of each group."""
     return len(lines) + len({heading for heading, _ in lines})
 
@@ -130,7 +130,7 @@ def _make_legend_text_for_paper_models(tables: Sequence[Ranking]) -> str | None:
     return f"published answers of the paper's models ({len(scored)})" if scored else None
 
 
-def _draw_summary_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
+def _draw_summary_panel(axes: Axes, lines: _RankedRowsByPanelMetric, domains: Sequence[str]) -> None:
     axes.set_xlim(-1, 101)
     axes.set_ylim(_compute_panel_height_in_lines(lines) - 0.4, -0.6)
     axes.grid(axis="x", color=RULE, linewidth=0.6)

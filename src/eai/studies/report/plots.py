@@ -346,13 +346,13 @@ def draw_answers_left_after_each_check(runs: Sequence[RunSummary]) -> Figure | N
     figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
     for number, (model, flow) in enumerate(flows):
         row, column = divmod(number, columns)
-        _draw_answers_left_after_checks_of_model(
+        _draw_model_answers_left_after_checks(
             panel, (_PANEL_DISTANCES[0] * column, _TOP - _PANEL_DISTANCES[1] * row), model, flow
         )
     return figure
 
 
-def _draw_answers_left_after_checks_of_model(
+def _draw_model_answers_left_after_checks(
     panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]
 ) -> None:
     """Draw the answers as a band from left to right; the failed share bends down after each stage."""

@@ -308,7 +308,7 @@ def make_run_rows(
     runs: Sequence[RunSummary],
     scores_by_run: Mapping[str, ScoresByMetric],
     *,
-    with_paper: bool = False,
+    table_has_paper_rows: bool = False,
 ) -> Iterator[RankedModel]:
     """Yield a row for each model that has a number in at least one column, with notes on missing answers.
 
@@ -316,8 +316,8 @@ def make_run_rows(
         columns: the columns.
         runs: the runs of one protocol and domain.
         scores_by_run: all scores of each model, by the name of the run.
-        with_paper: whether the table also has rows of the paper. A footnote then names our planner, because
-            the paper used another planner to judge operators.
+        table_has_paper_rows: whether the table also has rows of the paper. A footnote then names our planner,
+            because the paper used another planner to judge operators.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
@@ -330,7 +330,7 @@ def make_run_rows(
                 for run in shown
                 if run.coverage.remark_on_missing_answers
             ]
-            if len(planners) > 1 or with_paper:
+            if len(planners) > 1 or table_has_paper_rows:
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
@@ -535,7 +535,7 @@ def make_ranking(
     by = choose_ranking_column(spec.primary, columns)
     ours = [
         _add_note_on_missing_rank(row, by)
-        for row in make_run_rows(columns, runs, numbers, with_paper=with_paper)
+        for row in make_run_rows(columns, runs, numbers, table_has_paper_rows=with_paper)
     ]
     places = {column: find_paper_column(column, domain) for column in columns}
     printed_tables, others = [], list[RankedModel]()
@@ -642,7 +642,7 @@ def _make_ranking_of_secondary_paper_table(
         column: (*remarks, *_find_column_notes(place, [printed_table])) for column, place in places.items()
     }
     rows = [
-        *make_run_rows(columns, ours, make_scores_by_model(ours), with_paper=True),
+        *make_run_rows(columns, ours, make_scores_by_model(ours), table_has_paper_rows=True),
         *make_paper_rows(places, [printed_table]),
     ]
     marked, notes = tuple(mark_best(rows)), _merge_notes(*on_columns.values(), _list_notes_of_rows(rows))

@@ -53,7 +53,7 @@ class RunSummary:
     breakdown: AnswerBreakdown
 
 
-def select_runs_without_study_or_rule_change(runs: Sequence[RunSummary]) -> list[RunSummary]:
+def select_runs_with_standard_rules_and_no_study(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options and with standard game rules.
 
     Only these are ranked and compared with the paper.

@@ -67,7 +67,7 @@ def _make_columns(ability: Ability) -> tuple[MetricColumn, ...]:
     return tuple(replace(column, ability=ability) for column in get_declaration(ability).columns)
 
 
-def _make_trajectory_spec(ability: Ability) -> TableSpec:
+def _make_plan_success_and_error_table_spec(ability: Ability) -> TableSpec:
     columns = tuple(column for column in _make_columns(ability) if column.group != SATISFIED)
     return TableSpec(f"{ability.value}_trajectory", format_ability_title(ability), columns, ("task_success",))
 
@@ -113,7 +113,7 @@ def _make_specs_of_paper_ability_tables() -> tuple[TableSpec, ...]:
     return (
         _make_overview_spec(),
         *[_make_ability_spec(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
-        *map(_make_trajectory_spec, plans),
+        *map(_make_plan_success_and_error_table_spec, plans),
         _make_goal_satisfaction_spec(plans),
         *[
             spec

@@ -31,7 +31,7 @@ from eai.studies.report.rankings import (
     make_rankings_of_secondary_paper_tables,
     mark_best,
 )
-from eai.studies.report.run_summary import RunSummary, select_runs_without_study_or_rule_change
+from eai.studies.report.run_summary import RunSummary, select_runs_with_standard_rules_and_no_study
 
 
 def write_report_and_count_tables(
@@ -59,7 +59,7 @@ def write_report_and_count_tables(
     Returns:
         the number of tables written.
     """
-    plain = select_runs_without_study_or_rule_change(runs)
+    plain = select_runs_with_standard_rules_and_no_study(runs)
     tried = make_experiment_rankings(runs)
     others = make_rankings_of_secondary_paper_tables(plain) if with_paper else []
     written = [*tables, *tried, *others]

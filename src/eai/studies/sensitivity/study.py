@@ -43,7 +43,7 @@ from eai.studies.study import (
     Analysis,
     Figures,
     Study,
-    add_title_and_file_name_to_suite_figure,
+    make_file_name_and_titled_suite_figure,
     split_option_at_commas,
 )
 from eai.tasks.options import Options
@@ -317,22 +317,24 @@ def _analyze_operator_sensitivity(
         tables = make_operator_sensitivity_tables(
             list(generate_operator_replacement_trials(answers, source, replaced_parts, done))
         )
-    yield Analysis(tables, _draw_operator_figures(tables, replaced_parts))
+    yield Analysis(tables, _draw_percent_solved_by_operator_figures(tables, replaced_parts))
 
 
-def _draw_operator_figures(tables: Sequence[Table], replaced_parts: Sequence[ReplacedPart]) -> Figures:
+def _draw_percent_solved_by_operator_figures(
+    tables: Sequence[Table], replaced_parts: Sequence[ReplacedPart]
+) -> Figures:
     for suite, rows in group_rows_by_suite(tables[0]).items():
         for replaced in replaced_parts:
             of_part = [row for row in rows if row["replaced"] == replaced]
             label = f"percent solved with the model's {replaced}"
             shown = [row for row in of_part if row["category"] == OVERALL]
             models = draw_rate_matrix(shown, ("operator",), "solved", label, shows_zero_rates=True)
-            yield add_title_and_file_name_to_suite_figure(suite, replaced, models)
+            yield make_file_name_and_titled_suite_figure(suite, replaced, models)
             shown = [row for row in of_part if row["model"] == of_part[0]["model"]]
             categories = draw_rate_matrix(
                 shown, ("operator",), "solved", label, other_axis_column="category", shows_zero_rates=True
             )
-            yield add_title_and_file_name_to_suite_figure(suite, f"{replaced}-categories", categories)
+            yield make_file_name_and_titled_suite_figure(suite, f"{replaced}-categories", categories)
 
 
 SENSITIVITY = Study(
