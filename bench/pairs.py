@@ -27,7 +27,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_files import read_task_file_lines
 from eai.tasks.task_lines import read_task_line
@@ -85,7 +85,7 @@ def _describe_in_prompt(task: Task, benchmark: Benchmark) -> str:
 def _find_missing_kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     """Return the predicate and object category of the missing fact, or of the instruction's fact."""
     match task.special:
-        case ImpossibleTaskMark(missing) if missing:
+        case PossiblyImpossibleTaskMark(missing) if missing:
             fact = missing[0]
         case AmbiguousTaskMark(fits):
             fact = f"({fits[0]})"

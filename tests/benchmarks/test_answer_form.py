@@ -24,7 +24,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark, SpecialTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark, SpecialTaskMark
 from protocols import PROTOCOLS
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -174,7 +174,7 @@ def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: DataPac
     assert "ball" in list_words(make_answer_schema(lamps, Ability.ACTION_SEQUENCING, task, listing))
 
 
-@pytest.mark.parametrize("special", [ImpossibleTaskMark(()), AmbiguousTaskMark(("lamp_1",))])
+@pytest.mark.parametrize("special", [PossiblyImpossibleTaskMark(()), AmbiguousTaskMark(("lamp_1",))])
 def test_an_answer_that_may_decline_a_task_may_have_any_form(
     special: SpecialTaskMark, data_store: DataPackStore
 ) -> None:

@@ -7,8 +7,8 @@ import pytest
 from eai.logic.formula import And, Atom, Constant, Equals, Exists, Not, Or, Variable
 from eai.logic.ltl import parse
 from eai.logic.traversal import (
-    find_monotone_subformula_ids,
     find_object_names,
+    find_subformula_ids_monotone_in_trace_length,
     find_temporal_subformula_ids,
     is_state_formula,
     walk_subformulas,
@@ -64,7 +64,7 @@ def test_lasting_and_perishing_parts_are_found_by_their_shape(
     text: str, lasting: bool, perishing: bool
 ) -> None:
     formula = parse(text)
-    found = find_monotone_subformula_ids(formula)
+    found = find_subformula_ids_monotone_in_trace_length(formula)
     assert (
         id(formula) in found.ids_staying_true_when_longer,
         id(formula) in found.ids_staying_true_when_shorter,

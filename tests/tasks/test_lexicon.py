@@ -46,9 +46,9 @@ def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
 def test_a_formula_means_something_in_the_domain() -> None:
     x = Variable("x")
     said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))
-    meant = LEXICON.replace_names_in_texts_by_domain_names(said)
+    meant = LEXICON.replace_lexicon_names_by_domain_names(said)
     assert toy.DOMAIN.holds(meant, TASK.initial) is False
-    assert LEXICON.replace_names_in_texts_by_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
+    assert LEXICON.replace_lexicon_names_by_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
         "PRESS", (Constant("lamp"),)
     )
     assert LEXICON.has_unknown_names(Not(Atom("seen", (x,))))

@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 
 if TYPE_CHECKING:
     from eai.abilities.notation.plans import PlanNotation
@@ -39,7 +39,7 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Ans
     Return None if the answer does not decline, or if the task allows no declining.
     """
     match task.special:
-        case ImpossibleTaskMark(missing):
+        case PossiblyImpossibleTaskMark(missing):
             member, said, is_right = IMPOSSIBLE, "said to be impossible", bool(missing)
             evidence = f"missing: {', '.join(missing or ('nothing',))}"
         case AmbiguousTaskMark(fits):
@@ -56,7 +56,7 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Ans
 def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str | None:
     """Return the answer that rightly declines a task, or None if the right answer is a plan."""
     match task.special:
-        case ImpossibleTaskMark(missing) if missing:
+        case PossiblyImpossibleTaskMark(missing) if missing:
             return write_refusal_answer(notation.replace_domain_names_by_answer_words(", ".join(missing)))
         case AmbiguousTaskMark(fits) if len(fits) > 1:
             return write_refusal_answer(f"{' or '.join(fits)}?", QUESTION)
@@ -69,14 +69,14 @@ def write_agent_command_refusing_task(task: Task, notation: PlanNotation) -> str
     The command names the facts whose absence makes the task impossible.
     """
     match task.special:
-        case ImpossibleTaskMark(missing) if missing:
+        case PossiblyImpossibleTaskMark(missing) if missing:
             return notation.replace_domain_names_by_answer_words(f"{REFUSE}({', '.join(missing)})")
     return None
 
 
 def list_agent_commands_declining_task(task: Task) -> list[str]:
     """Return a list with the command that declines a task; an empty list if no answer may decline it."""
-    words = {ImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
+    words = {PossiblyImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 

@@ -27,7 +27,7 @@ from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.results.reward import Shaping, compute_reward_from_inputs, make_metrics_from_reward_inputs
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Slip, SlipSampler
 from eai.world.execution import describe_fault
@@ -262,7 +262,7 @@ class Game:
             and is_clarification_question(text)
         ):
             return self._answer_agents_question(special.fits[0])
-        if isinstance(special, ImpossibleTaskMark) and REFUSE not in operators:
+        if isinstance(special, PossiblyImpossibleTaskMark) and REFUSE not in operators:
             self.refused = read_reason_from_refusal_command(
                 self.setup.benchmark.notation.plans.replace_answer_words_by_domain_names(text)
             )

@@ -16,7 +16,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
 from eai.tasks.prompts.own import explain_goal_notation, make_domain_texts_by_placeholder
-from eai.tasks.prompts.short import merge_lines_of_similar_objects, shorten_state
+from eai.tasks.prompts.short import merge_lines_of_similar_facts, merge_lines_of_similar_objects
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.short_lists import (
     HOW_TO_READ,
@@ -323,7 +323,7 @@ class AgentMemory:
                 expand_shortened_lists(described), join_names_with_number_ranges
             ),
             "facts": facts,
-            "short_facts": lambda: shorten_state(
+            "short_facts": lambda: merge_lines_of_similar_facts(
                 expand_shortened_lists(facts), expand_shortened_lists(described)
             ),
         }

@@ -88,7 +88,7 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
         for part in split_conjuncts(_expand_quantifiers(goal.formula, task.scene))
     ]
     return [
-        lexicon.replace_domain_names_by_names_in_texts(part) for part in (*actions, *dict.fromkeys(lasting))
+        lexicon.replace_domain_names_by_lexicon_names(part) for part in (*actions, *dict.fromkeys(lasting))
     ]
 
 

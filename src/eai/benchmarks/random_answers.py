@@ -147,7 +147,7 @@ def _write_subgoals(
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]
     return [
-        format_ltl(lexicon.replace_domain_names_by_names_in_texts(rng.choice(of_step)))
+        format_ltl(lexicon.replace_domain_names_by_lexicon_names(rng.choice(of_step)))
         for of_step in changes
         if of_step
     ]

@@ -45,7 +45,7 @@ from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
 from eai.studies.registry import add_study_summaries
 from eai.studies.variation import ModelEndpoint, StageThatObtainsGoalsOrScenes
-from eai.tasks.prompts.prompt import Prompt, PromptSet, make_compact_prompt_mapping
+from eai.tasks.prompts.prompt import Prompt, PromptSet, make_memory_saving_prompt_mapping
 from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
 LOGS = "logs"
@@ -211,7 +211,7 @@ def _make_compact_prompts_by_task_id(
 ) -> Mapping[str, Prompt]:
     """Return the prompts of some tasks in a form that takes little memory."""
     opened = library.open(suite.benchmark, suite.ability)
-    return make_compact_prompt_mapping((task_id, opened[task_id]) for task_id in task_ids)
+    return make_memory_saving_prompt_mapping((task_id, opened[task_id]) for task_id in task_ids)
 
 
 def _leave_out_long_tasks(
@@ -240,7 +240,7 @@ def _leave_out_long_tasks(
     max_tokens = request.spec.generation.max_tokens
     long_tasks = [find_long_tasks(suite, asked, max_tokens, context) for suite, asked in chosen]
     fitting = [
-        make_compact_prompt_mapping(
+        make_memory_saving_prompt_mapping(
             (task_id, asked[task_id]) for task_id in asked if task_id not in long.needs
         )
         for asked, long in zip(prompts, long_tasks, strict=True)

@@ -145,14 +145,14 @@ class _AndOrTreeBuilder:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
 
-        def build_body_tree_for_object_pair(first_object: str, second_object: str) -> AndOrTree | None:
+        def build_quantifier_body_tree_for_pair(first_object: str, second_object: str) -> AndOrTree | None:
             if first_object == second_object:
                 return None
             return self.build(body, {**binding, first.name: first_object, second.name: second_object}, True)
 
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
         return BipartiteMatchingNode(
-            count, tuple(tuple(build_body_tree_for_object_pair(x, y) for y in columns) for x in rows)
+            count, tuple(tuple(build_quantifier_body_tree_for_pair(x, y) for y in columns) for x in rows)
         )
 
 
@@ -251,7 +251,7 @@ def count_dnf_terms_of_tree(tree: AndOrTree) -> int:
             numbers = [
                 [0 if cell is None else count_dnf_terms_of_tree(cell) for cell in row] for row in cells
             ]
-            return _count_dnf_terms_of_matching_node(count, numbers)
+            return _count_dnf_terms_of_bipartite_matchings(count, numbers)
         case _:
             assert_never(tree)
 
@@ -298,34 +298,36 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
     return sums[subset_size]
 
 
-def _count_dnf_terms_of_matching_node(matching_size: int, term_counts_by_row: Sequence[Sequence[int]]) -> int:
+def _count_dnf_terms_of_bipartite_matchings(
+    matching_size: int, term_count_table: Sequence[Sequence[int]]
+) -> int:
     """Count the DNF terms of a node with a table of subtrees (`BipartiteMatchingNode`).
 
-    ``term_counts_by_row`` has the number of DNF terms of each cell of the table. The node is true if
+    ``term_count_table`` has the number of DNF terms of each cell of the table. The node is true if
     ``matching_size`` cells are true, no two of them in one row or column. Each such set of cells has as many
     DNF terms as the product of the numbers of its cells.
     """
-    rows, columns = len(term_counts_by_row), len(term_counts_by_row[0]) if term_counts_by_row else 0
+    rows, columns = len(term_count_table), len(term_count_table[0]) if term_count_table else 0
     if matching_size > min(rows, columns):
         return 0
-    values = {cell_count for row in term_counts_by_row for cell_count in row}
+    values = {cell_count for row in term_count_table for cell_count in row}
     if len(values) == 1:
         placements = comb(rows, matching_size) * comb(columns, matching_size) * factorial(matching_size)
         return placements * prod([values.pop()] * matching_size)
-    lines = term_counts_by_row if rows > columns else list(zip(*term_counts_by_row, strict=True))
-    return _count_dnf_terms_of_matching_node_row_by_row(matching_size, lines)
+    lines = term_count_table if rows > columns else list(zip(*term_count_table, strict=True))
+    return _count_dnf_terms_of_matchings_row_by_row(matching_size, lines)
 
 
-def _count_dnf_terms_of_matching_node_row_by_row(
-    matching_size: int, term_counts_by_row: Sequence[Sequence[int]]
+def _count_dnf_terms_of_matchings_row_by_row(
+    matching_size: int, term_count_table: Sequence[Sequence[int]]
 ) -> int:
-    """Return the same number as `_count_dnf_terms_of_matching_node`. Choose cells row by row.
+    """Return the same number as `_count_dnf_terms_of_bipartite_matchings`. Choose cells row by row.
 
     The number of DNF terms of the cells that are chosen so far is kept for each set of columns with a
     chosen cell.
     """
     sums = {0: 1}
-    for line in term_counts_by_row:
+    for line in term_count_table:
         for taken, number in list(sums.items()):
             for column, cell_count in enumerate(line):
                 if cell_count and not taken >> column & 1 and taken.bit_count() < matching_size:
@@ -399,7 +401,7 @@ def make_finder_of_dnf_term_closest_to_answer(
                 [make_finder_of_dnf_term_closest_to_answer(part, get_condition_number) for part in parts],
             )
         case BipartiteMatchingNode(count, cells):
-            return _make_dnf_term_finder_for_matching_node(
+            return _make_dnf_term_finder_for_bipartite_matching(
                 count,
                 [
                     [
@@ -439,20 +441,22 @@ def _make_dnf_term_finder_for_disjunction(
 def _make_dnf_term_finder_for_exact_count(
     count: int, part_finders: Sequence[FindDnfTermClosestToAnswer]
 ) -> FindDnfTermClosestToAnswer:
-    def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
-        overlaps = [overlap for part in part_finders if (overlap := part(answer_mask)) is not None]
+    def find_dnf_term_closest_to_answer(answer_condition_mask: int) -> _ScoredDnfTerm | None:
+        overlaps = [overlap for part in part_finders if (overlap := part(answer_condition_mask)) is not None]
         if len(overlaps) < count:
             return None
         return _conjoin_scored_dnf_terms(sorted(overlaps, key=_score, reverse=True)[:count])
 
-    return find_closest_dnf_term
+    return find_dnf_term_closest_to_answer
 
 
-def _make_dnf_term_finder_for_matching_node(
-    matching_size: int, finders_by_row: Sequence[Sequence[FindDnfTermClosestToAnswer | None]]
+def _make_dnf_term_finder_for_bipartite_matching(
+    matching_size: int, finder_table: Sequence[Sequence[FindDnfTermClosestToAnswer | None]]
 ) -> FindDnfTermClosestToAnswer:
-    def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
-        overlaps = [[None if cell is None else cell(answer_mask) for cell in row] for row in finders_by_row]
+    def find_dnf_term_closest_to_answer(answer_condition_mask: int) -> _ScoredDnfTerm | None:
+        overlaps = [
+            [None if cell is None else cell(answer_condition_mask) for cell in row] for row in finder_table
+        ]
         weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
         cells = find_heaviest_matching(weights, matching_size)
         return (
@@ -461,7 +465,7 @@ def _make_dnf_term_finder_for_matching_node(
             else _conjoin_scored_dnf_terms([overlaps[row][column] for row, column in cells])
         )
 
-    return find_closest_dnf_term
+    return find_dnf_term_closest_to_answer
 
 
 def _conjoin_scored_dnf_terms(parts: Iterable[_ScoredDnfTerm | None]) -> _ScoredDnfTerm | None:

@@ -30,12 +30,12 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.trace import PositionMask, Trace, iterate_positions
-from eai.logic.traversal import find_monotone_subformula_ids, find_temporal_subformula_ids
+from eai.logic.traversal import find_subformula_ids_monotone_in_trace_length, find_temporal_subformula_ids
 
 Binding: TypeAlias = Mapping[str, str]
 """Mapping from names of variables to names of objects."""
 
-_EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], PositionMask]
+_EvaluateSubformula: TypeAlias = Callable[[f.Formula, Binding], PositionMask]
 
 
 def holds(formula: f.Formula, trace: Trace) -> bool:
@@ -55,7 +55,7 @@ class _TraceEvaluator:
         self._trace = trace
         self._formula = formula  # keeps the subformulas alive, so that their ids stay unique
         self._temporal = find_temporal_subformula_ids(formula)
-        self._monotony = find_monotone_subformula_ids(formula)
+        self._monotony = find_subformula_ids_monotone_in_trace_length(formula)
         self._closed: dict[int, int] = {}
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
@@ -82,7 +82,7 @@ class _TraceEvaluator:
                 a, b = _resolve_terms((left, right), binding)
                 return _make_mask_up_to(self._trace.length - 1) if a == b else 0
             case _:
-                return self._combine_part_masks(
+                return self._combine_subformula_masks(
                     formula, binding, self.get_state_formula_mask, self._trace.length - 1
                 )
 
@@ -113,7 +113,7 @@ class _TraceEvaluator:
                 )
                 return self._find_starts_of_adjacent_segments(parts[:-1], binding, last)
             case _:
-                return self._combine_part_masks(
+                return self._combine_subformula_masks(
                     formula, binding, partial(self.compute_mask_on_prefix, end=end), end
                 )
 
@@ -127,7 +127,7 @@ class _TraceEvaluator:
             )
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
             return self.compute_mask_on_prefix(formula, binding, end)
-        return self._combine_part_masks(
+        return self._combine_subformula_masks(
             formula, binding, partial(self.find_starts_of_satisfying_segments, end=end), end
         )
 
@@ -140,12 +140,12 @@ class _TraceEvaluator:
         the mask ``starts_of_following_segment``.
         """
         for part in reversed(parts):
-            starts_of_following_segment = self._find_starts_of_preceding_segment(
+            starts_of_following_segment = self._find_starts_of_satisfying_segments_before(
                 part, binding, starts_of_following_segment
             )
         return starts_of_following_segment
 
-    def _find_starts_of_preceding_segment(
+    def _find_starts_of_satisfying_segments_before(
         self, formula: f.Formula, binding: Binding, starts_of_following_segment: PositionMask
     ) -> PositionMask:
         """Return the mask of starts of segments of the trace that satisfy the formula.
@@ -181,7 +181,7 @@ class _TraceEvaluator:
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
                 return self._find_satisfying_one_state_segments(operand, binding)
             case _:
-                return self._combine_part_masks(
+                return self._combine_subformula_masks(
                     formula, binding, self._find_satisfying_one_state_segments, self._trace.length - 1
                 )
 
@@ -226,10 +226,10 @@ class _TraceEvaluator:
                     for end in range(self._trace.length)
                 ]
 
-    def _combine_part_masks(
-        self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int
+    def _combine_subformula_masks(
+        self, formula: f.Formula, binding: Binding, evaluate: _EvaluateSubformula, last_position: int
     ) -> PositionMask:
-        everything = _make_mask_up_to(end)
+        everything = _make_mask_up_to(last_position)
         match formula:
             case f.Not(operand):
                 return everything & ~evaluate(operand, binding)
@@ -242,17 +242,19 @@ class _TraceEvaluator:
             case f.ForAll(variable, body):
                 return reduce(
                     and_,
-                    self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, False),
+                    self._compute_body_masks_for_possible_values(variable, body, binding, evaluate, False),
                     everything,
                 )
             case f.Exists(variable, body):
                 return reduce(
-                    or_, self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, True), 0
+                    or_,
+                    self._compute_body_masks_for_possible_values(variable, body, binding, evaluate, True),
+                    0,
                 )
             case f.Exactly(count, variable, body):
                 return _compute_exact_count_mask(
                     count,
-                    self._compute_truth_mask_for_each_object(variable, body, binding, evaluate, True),
+                    self._compute_body_masks_for_possible_values(variable, body, binding, evaluate, True),
                     everything,
                 )
             case f.ForPairs():
@@ -260,12 +262,12 @@ class _TraceEvaluator:
             case _:
                 raise AssertionError(f"{type(formula).__name__}: expected a connective or a quantifier")
 
-    def _compute_truth_mask_for_each_object(
+    def _compute_body_masks_for_possible_values(
         self,
         variable: f.Variable,
         body: f.Formula,
         binding: Binding,
-        evaluate: _EvaluatePart,
+        evaluate: _EvaluateSubformula,
         wanted_truth: bool,
     ) -> list[PositionMask]:
         """Return for each value of a quantified variable the mask of the positions at which the body holds.
@@ -301,7 +303,11 @@ class _TraceEvaluator:
         )
 
     def _compute_mask_of_pairs_quantifier(
-        self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, all_positions: PositionMask
+        self,
+        formula: f.ForPairs,
+        binding: Binding,
+        evaluate: _EvaluateSubformula,
+        all_positions: PositionMask,
     ) -> PositionMask:
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         rows = self._trace.list_objects(first.category)

@@ -19,10 +19,10 @@ def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
         formula: the formula; its quantifiers contain no temporal operators.
         start: the trace that consists of the initial state only.
     """
-    return _decide_truth_on_traces_from_initial_state(formula, start, at_any_position=True) is False
+    return _decide_truth_on_all_continuations(formula, start, at_any_position=True) is False
 
 
-def _decide_truth_on_traces_from_initial_state(
+def _decide_truth_on_all_continuations(
     formula: f.Formula, initial_state_trace: Trace, *, at_any_position: bool
 ) -> bool | None:
     """Return the truth of a formula on all traces with this initial state, or None if it is not proved.
@@ -41,13 +41,13 @@ def _decide_truth_on_traces_from_initial_state(
     match formula:
         case f.Not(operand):
             return _negate_three_valued_truth(
-                _decide_truth_on_traces_from_initial_state(
+                _decide_truth_on_all_continuations(
                     operand, initial_state_trace, at_any_position=at_any_position
                 )
             )
         case f.And(operands):
             return _conjoin_three_valued_truths(
-                _decide_truth_on_traces_from_initial_state(
+                _decide_truth_on_all_continuations(
                     operand, initial_state_trace, at_any_position=at_any_position
                 )
                 for operand in operands
@@ -56,7 +56,7 @@ def _decide_truth_on_traces_from_initial_state(
             return _negate_three_valued_truth(
                 _conjoin_three_valued_truths(
                     _negate_three_valued_truth(
-                        _decide_truth_on_traces_from_initial_state(
+                        _decide_truth_on_all_continuations(
                             operand, initial_state_trace, at_any_position=at_any_position
                         )
                     )
@@ -65,14 +65,14 @@ def _decide_truth_on_traces_from_initial_state(
             )
         case f.Implies(premise, conclusion):
             denied = _negate_three_valued_truth(
-                _decide_truth_on_traces_from_initial_state(
+                _decide_truth_on_all_continuations(
                     conclusion, initial_state_trace, at_any_position=at_any_position
                 )
             )
             return _negate_three_valued_truth(
                 _conjoin_three_valued_truths(
                     [
-                        _decide_truth_on_traces_from_initial_state(
+                        _decide_truth_on_all_continuations(
                             premise, initial_state_trace, at_any_position=at_any_position
                         ),
                         denied,
@@ -82,33 +82,25 @@ def _decide_truth_on_traces_from_initial_state(
         case f.Always(operand):
             return (
                 False
-                if _decide_truth_on_traces_from_initial_state(
-                    operand, initial_state_trace, at_any_position=False
-                )
+                if _decide_truth_on_all_continuations(operand, initial_state_trace, at_any_position=False)
                 is False
                 else None
             )
         case f.Eventually(operand):
             return (
                 True
-                if _decide_truth_on_traces_from_initial_state(
-                    operand, initial_state_trace, at_any_position=False
-                )
+                if _decide_truth_on_all_continuations(operand, initial_state_trace, at_any_position=False)
                 is True
                 else None
             )
         case f.Until(left, right):
-            now = _decide_truth_on_traces_from_initial_state(
-                right, initial_state_trace, at_any_position=False
-            )
+            now = _decide_truth_on_all_continuations(right, initial_state_trace, at_any_position=False)
             return (
                 now
                 if now
                 or (
                     now is False
-                    and _decide_truth_on_traces_from_initial_state(
-                        left, initial_state_trace, at_any_position=False
-                    )
+                    and _decide_truth_on_all_continuations(left, initial_state_trace, at_any_position=False)
                     is False
                 )
                 else None
@@ -116,9 +108,7 @@ def _decide_truth_on_traces_from_initial_state(
         case f.Then((first, *_)):
             return (
                 False
-                if _decide_truth_on_traces_from_initial_state(
-                    first, initial_state_trace, at_any_position=True
-                )
+                if _decide_truth_on_all_continuations(first, initial_state_trace, at_any_position=True)
                 is False
                 else None
             )

@@ -136,7 +136,7 @@ def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
     return frozenset(ids)
 
 
-class _IdsOfMonotoneSubformulas(NamedTuple):
+class _SubformulaIdsMonotoneInTraceLength(NamedTuple):
     """The ``id`` of each subformula whose truth on a segment of a trace is monotone in the segment's length.
 
     A segment is a sequence of consecutive states. It grows and shrinks at its end.
@@ -154,7 +154,7 @@ class _IdsOfMonotoneSubformulas(NamedTuple):
     """
 
 
-def find_monotone_subformula_ids(formula: f.Formula) -> _IdsOfMonotoneSubformulas:
+def find_subformula_ids_monotone_in_trace_length(formula: f.Formula) -> _SubformulaIdsMonotoneInTraceLength:
     """Find subformulas that stay true if a segment of a trace becomes longer, or if it becomes shorter.
 
     A segment is a sequence of consecutive states. Its end changes, but its start stays. Only operators are
@@ -172,7 +172,7 @@ def find_monotone_subformula_ids(formula: f.Formula) -> _IdsOfMonotoneSubformula
             part, temporal, ids_staying_true_when_longer, ids_staying_true_when_shorter
         ):
             ids_staying_true_when_shorter.add(id(part))
-    return _IdsOfMonotoneSubformulas(
+    return _SubformulaIdsMonotoneInTraceLength(
         frozenset(ids_staying_true_when_longer), frozenset(ids_staying_true_when_shorter)
     )
 

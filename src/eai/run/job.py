@@ -28,7 +28,7 @@ from eai.results.trials import Conversation, ReplanningConversationFactory
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import ModelEndpoint
 from eai.tasks.options import Options
-from eai.tasks.prompts.prompt import Prompt, make_compact_prompt_mapping
+from eai.tasks.prompts.prompt import Prompt, make_memory_saving_prompt_mapping
 
 PROVIDER = "eai"
 """Name of the provider of built-in models: the text before the slash of their names."""
@@ -210,7 +210,7 @@ class QuestionJob:
             yield self
             return
         for start in range(0, len(task_ids), size):
-            prompts = make_compact_prompt_mapping(
+            prompts = make_memory_saving_prompt_mapping(
                 (name, self.prompts[name]) for name in task_ids[start : start + size]
             )
             yield replace(self, prompts=prompts)

@@ -109,23 +109,25 @@ class _MostSatisfiedGoalOptionFinder:
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
         compiler = _BestValuesFinderBuilder(choices, self._fixed, self._positive)
-        self._find_best_values: _BestValuesFinder = _return_no_best_values
+        self._find_best_values: _BestValuesFinder = _return_no_values_for_contradictory_goal
         if not _is_contradictory(self._fixed, self._positive):
             self._find_best_values = compiler.make_finder_for_goal_part(AndNode(choices))
 
-    def __call__(self, true_atoms: int, extra_conditions_met: int = 0) -> _ShareOfMetConditions:
+    def __call__(self, true_atom_mask: int, met_extra_condition_count: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions among all options (sets that satisfy the goal).
 
         The share is 0 of 1 if there is no option.
 
         Args:
-            true_atoms: the atoms that are true in the state, as a bit mask.
-            extra_conditions_met: number of met conditions among the further conditions, which every option
-                contains.
+            true_atom_mask: the atoms that are true in the state, as a bit mask.
+            met_extra_condition_count: number of met conditions among the further conditions, which every
+                option contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._find_share_with_greatest_gain(true_atoms, extra_conditions_met, best)
+            option = self._find_share_of_option_with_greatest_gain(
+                true_atom_mask, met_extra_condition_count, best
+            )
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -133,8 +135,8 @@ class _MostSatisfiedGoalOptionFinder:
             else:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
-    def _find_share_with_greatest_gain(
-        self, true_atoms: int, extra_conditions_met: int, current_share: _ShareOfMetConditions
+    def _find_share_of_option_with_greatest_gain(
+        self, true_atom_mask: int, met_extra_condition_count: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
         """Return the share of met conditions of the option with the greatest gain over ``current_share``.
 
@@ -149,7 +151,7 @@ class _MostSatisfiedGoalOptionFinder:
         unmet = -current_share.met * scale - 1
         met = unmet + current_share.total * scale
         values = [
-            met if true_atoms >> number & 1 == wanted else unmet
+            met if true_atom_mask >> number & 1 == wanted else unmet
             for number in range(len(self.atoms))
             for wanted in (1, 0)
         ]
@@ -159,9 +161,9 @@ class _MostSatisfiedGoalOptionFinder:
             return current_share._replace(is_exact=not search.is_cut)
         value = (
             table[0]
-            + search.sum_values(self._fixed)
-            + extra_conditions_met * met
-            + (self._further - extra_conditions_met) * unmet
+            + search.sum_condition_values(self._fixed)
+            + met_extra_condition_count * met
+            + (self._further - met_extra_condition_count) * unmet
         )
         total = -value % scale
         gain = (value + total) // scale
@@ -179,7 +181,7 @@ _TreeOfConditionNumbers: TypeAlias = (
 )
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
-_BestValueByCommonConditions: TypeAlias = dict[_ConditionMask, int]
+_BestValueByConditionsSharedByGoalParts: TypeAlias = dict[_ConditionMask, int]
 """The values of the best ways to satisfy one part of a goal: one value for each set of common conditions.
 
 A way to satisfy the part is a set of conditions, and each condition has a value (`_GoalOptionSearch`). Common
@@ -203,15 +205,16 @@ class _GoalOptionSearch:
         self.values = values
         self.is_cut = False
 
-    def sum_values(self, conditions: _ConditionMask) -> int:
+    def sum_condition_values(self, conditions: _ConditionMask) -> int:
         """Return the sum of the values of some conditions, given as a bit mask."""
         return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
-_BestValuesFinder: TypeAlias = Callable[[_GoalOptionSearch], _BestValueByCommonConditions]
+_BestValuesFinder: TypeAlias = Callable[[_GoalOptionSearch], _BestValueByConditionsSharedByGoalParts]
 """Function that returns the values of the best ways to satisfy one part of a goal.
 
-The search that it gets has the values of conditions. `_BestValueByCommonConditions` explains the result.
+The search that it gets has the values of conditions. `_BestValueByConditionsSharedByGoalParts` explains the
+result.
 """
 
 
@@ -221,7 +224,7 @@ def _replace_conditions_by_numbers(
     """Return an and-or tree with numbers in place of conditions, and without nested conjunctions."""
     match tree:
         case AndOrTreeLiteral(literal):
-            return _assign_condition_number(literal, number_by_atom)
+            return _assign_number_to_literal(literal, number_by_atom)
         case AndNode(parts):
             inner = [_replace_conditions_by_numbers(part, number_by_atom) for part in parts]
             nested = [part.parts if isinstance(part, AndNode) else (part,) for part in inner]
@@ -245,7 +248,7 @@ def _replace_conditions_by_numbers(
             assert_never(tree)
 
 
-def _assign_condition_number(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, int]) -> int:
+def _assign_number_to_literal(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, int]) -> int:
     negated = isinstance(literal, f.Not)
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, (f.Atom, f.Occurs)):
@@ -326,7 +329,7 @@ class _BestValuesFinderBuilder:
     def make_finder_for_goal_part(self, goal_part: _TreeOfConditionNumbers) -> _BestValuesFinder:
         """Return a function that finds the values of the best ways to satisfy a part of the goal.
 
-        `_BestValueByCommonConditions` explains the result of the function.
+        `_BestValueByConditionsSharedByGoalParts` explains the result of the function.
         """
         match goal_part:
             case int():
@@ -334,14 +337,14 @@ class _BestValuesFinderBuilder:
             case AndNode(parts):
                 return self._make_finder_for_conjunction(parts)
             case OrNode(parts):
-                return self._make_finder_dropping_conditions_only_in_part(
+                return self._wrap_finder_to_drop_unshared_conditions(
                     _make_finder_for_disjunction(
                         [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
                 )
             case ExactCountNode(count, parts):
-                return self._make_finder_dropping_conditions_only_in_part(
+                return self._wrap_finder_to_drop_unshared_conditions(
                     self._make_finder_for_exact_count(
                         count, [self.make_finder_for_goal_part(member) for member in parts]
                     ),
@@ -352,7 +355,7 @@ class _BestValuesFinderBuilder:
                     [None if cell is None else self.make_finder_for_goal_part(cell) for cell in row]
                     for row in cells
                 ]
-                return self._make_finder_dropping_conditions_only_in_part(
+                return self._wrap_finder_to_drop_unshared_conditions(
                     self._make_finder_for_matching_node(count, tables), goal_part
                 )
             case _:
@@ -381,7 +384,9 @@ class _BestValuesFinderBuilder:
             )
         steps = self._order_conjuncts_to_drop_conditions_early(joined)
 
-        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+        def find_best_values_of_goal_part(
+            search: _GoalOptionSearch,
+        ) -> _BestValueByConditionsSharedByGoalParts:
             if barred:
                 return {}
             value = sum([search.values[number] for number in plain])
@@ -390,7 +395,7 @@ class _BestValuesFinderBuilder:
                 if not sets:
                     return {}
                 value += sets[0]
-            best: _BestValueByCommonConditions = {0: value}
+            best: _BestValueByConditionsSharedByGoalParts = {0: value}
             for member, closed in steps:
                 best = self._prune_condition_sets(
                     _remove_conditions_and_add_their_values(
@@ -400,7 +405,7 @@ class _BestValuesFinderBuilder:
                 )
             return best
 
-        return find_best_values
+        return find_best_values_of_goal_part
 
     def _order_conjuncts_to_drop_conditions_early(
         self, conjuncts: list[tuple[_BestValuesFinder, Counter[int]]]
@@ -451,12 +456,14 @@ class _BestValuesFinderBuilder:
     def _make_finder_for_exact_count(
         self, count: int, part_finders: Sequence[_BestValuesFinder]
     ) -> _BestValuesFinder:
-        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+        def find_best_values_of_goal_part(
+            search: _GoalOptionSearch,
+        ) -> _BestValueByConditionsSharedByGoalParts:
             tables = [sets for member in part_finders if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
                 values = nlargest(count, [sets[0] for sets in tables])
                 return {0: sum(values)} if len(values) == count else {}
-            best: list[_BestValueByCommonConditions] = [{0: 0}, *[{} for _ in range(count)]]
+            best: list[_BestValueByConditionsSharedByGoalParts] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
                     _merge_keeping_greater_values(
@@ -465,12 +472,14 @@ class _BestValuesFinderBuilder:
                     best[size] = self._prune_condition_sets(best[size], search)
             return best[count]
 
-        return find_best_values
+        return find_best_values_of_goal_part
 
     def _make_finder_for_matching_node(
         self, matching_size: int, finders_by_row: Sequence[Sequence[_BestValuesFinder | None]]
     ) -> _BestValuesFinder:
-        def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+        def find_best_values_of_goal_part(
+            search: _GoalOptionSearch,
+        ) -> _BestValueByConditionsSharedByGoalParts:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in finders_by_row]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
@@ -478,14 +487,14 @@ class _BestValuesFinderBuilder:
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
             return self._find_best_values_of_matching_node(matching_size, rows, search)
 
-        return find_best_values
+        return find_best_values_of_goal_part
 
     def _find_best_values_of_matching_node(
         self,
         matching_size: int,
-        best_values_by_row: Sequence[Sequence[_BestValueByCommonConditions]],
+        best_values_by_row: Sequence[Sequence[_BestValueByConditionsSharedByGoalParts]],
         search: _GoalOptionSearch,
-    ) -> _BestValueByCommonConditions:
+    ) -> _BestValueByConditionsSharedByGoalParts:
         """Return the values of the best ways to satisfy ``matching_size`` cells, no two in one row or column.
 
         The cells are those of a table for ``forpairs`` (a quantifier over pairs of objects). The objects of
@@ -493,7 +502,7 @@ class _BestValuesFinderBuilder:
         values of the ways to make the body true for the pair. The search goes row by row. For every set of
         columns with a chosen cell, it keeps the best ways so far.
         """
-        best: dict[int, _BestValueByCommonConditions] = {0: {0: 0}}
+        best: dict[int, _BestValueByConditionsSharedByGoalParts] = {0: {0: 0}}
         for row in best_values_by_row:
             wider = {taken: dict(sets) for taken, sets in best.items()}
             for taken, sets in best.items():
@@ -507,21 +516,21 @@ class _BestValuesFinderBuilder:
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
-        last: _BestValueByCommonConditions = {}
+        last: _BestValueByConditionsSharedByGoalParts = {}
         for taken, sets in best.items():
             if taken.bit_count() == matching_size:
                 _merge_keeping_greater_values(last, sets)
         return last
 
     def _join_condition_sets_and_add_values(
-        self, left: _BestValueByCommonConditions, right: _BestValueByCommonConditions
-    ) -> _BestValueByCommonConditions:
+        self, left: _BestValueByConditionsSharedByGoalParts, right: _BestValueByConditionsSharedByGoalParts
+    ) -> _BestValueByConditionsSharedByGoalParts:
         """Return all unions of a set from ``left`` and a set from ``right``, with the sums of their values.
 
         If several pairs have the same union, the greatest sum is kept. Unions that contain a condition and
         its negation are left out.
         """
-        joined: _BestValueByCommonConditions = {}
+        joined: _BestValueByConditionsSharedByGoalParts = {}
         for one, value in left.items():
             for other, further in right.items():
                 both = one | other
@@ -532,44 +541,48 @@ class _BestValuesFinderBuilder:
                     joined[both] = total
         return joined
 
-    def _make_finder_dropping_conditions_only_in_part(
-        self, find_best_values: _BestValuesFinder, goal_part: _TreeOfConditionNumbers
+    def _wrap_finder_to_drop_unshared_conditions(
+        self, find_best_values_of_goal_part: _BestValuesFinder, goal_part: _TreeOfConditionNumbers
     ) -> _BestValuesFinder:
         """Return a function that finds the best ways to satisfy a part of the goal.
 
-        The function calls ``find_best_values``. It removes all conditions that no other part of the
-        goal mentions. It adds the values of these conditions to the values of their sets.
+        The function calls ``find_best_values_of_goal_part``. It removes all conditions that no other part of
+        the goal mentions. It adds the values of these conditions to the values of their sets.
         """
         closed = self._find_conditions_in_no_other_goal_part(self._count_atom_mentions(goal_part))
         if not closed:
-            return find_best_values
+            return find_best_values_of_goal_part
         return lambda search: _remove_conditions_and_add_their_values(
-            find_best_values(search), closed, search
+            find_best_values_of_goal_part(search), closed, search
         )
 
     def _prune_condition_sets(
-        self, sets: _BestValueByCommonConditions, search: _GoalOptionSearch
-    ) -> _BestValueByCommonConditions:
+        self, best_values: _BestValueByConditionsSharedByGoalParts, search: _GoalOptionSearch
+    ) -> _BestValueByConditionsSharedByGoalParts:
         """Return all sets, or fewer sets with great values if there are too many.
 
         If there are more than `_MAX_UNPRUNED_SETS`, sets that one of the `_MAX_DOMINATING_SETS` best sets
         dominates are discarded. If more than `_MAX_SETS` remain, only the `_MAX_SETS` best are returned.
         """
-        if len(sets) <= _MAX_UNPRUNED_SETS:
-            return sets
-        rivals = nlargest(_MAX_DOMINATING_SETS, sets, key=lambda each: sets[each] + search.sum_values(each))
+        if len(best_values) <= _MAX_UNPRUNED_SETS:
+            return best_values
+        rivals = nlargest(
+            _MAX_DOMINATING_SETS,
+            best_values,
+            key=lambda each: best_values[each] + search.sum_condition_values(each),
+        )
         gains = _make_condition_mask([number for number, value in enumerate(search.values) if value > 0])
 
-        def is_dominated_by_a_best_set(conditions: _ConditionMask) -> bool:
+        def is_dominated_by_best_condition_set(conditions: _ConditionMask) -> bool:
             for rival in rivals:
                 more, less = rival & ~conditions, conditions & ~rival
-                if rival == conditions or self._can_contradict_goal_conditions(more):
+                if rival == conditions or self._has_condition_with_negation_in_goal(more):
                     continue
                 surely = (
-                    sets[rival]
-                    - sets[conditions]
-                    + search.sum_values(more & ~gains)
-                    - search.sum_values(less & gains)
+                    best_values[rival]
+                    - best_values[conditions]
+                    + search.sum_condition_values(more & ~gains)
+                    - search.sum_condition_values(less & gains)
                 )
                 if surely >= 0:
                     return True
@@ -577,35 +590,37 @@ class _BestValuesFinderBuilder:
 
         kept = {
             each: value
-            for each, value in sets.items()
-            if each in rivals or not is_dominated_by_a_best_set(each)
+            for each, value in best_values.items()
+            if each in rivals or not is_dominated_by_best_condition_set(each)
         }
         if len(kept) <= _MAX_SETS:
             return kept
         search.is_cut = True
-        best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.sum_values(each))
+        best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.sum_condition_values(each))
         return {each: kept[each] for each in best}
 
-    def _can_contradict_goal_conditions(self, conditions: _ConditionMask) -> bool:
+    def _has_condition_with_negation_in_goal(self, conditions: _ConditionMask) -> bool:
         return bool(_negate_conditions(conditions, self._positive) & self._occurring)
 
 
-def _return_no_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
+def _return_no_values_for_contradictory_goal(
+    search: _GoalOptionSearch,
+) -> _BestValueByConditionsSharedByGoalParts:
     return {}
 
 
 def _make_finder_for_disjunction(part_finders: Sequence[_BestValuesFinder]) -> _BestValuesFinder:
-    def find_best_values(search: _GoalOptionSearch) -> _BestValueByCommonConditions:
-        best: _BestValueByCommonConditions = {}
+    def find_best_values_of_goal_part(search: _GoalOptionSearch) -> _BestValueByConditionsSharedByGoalParts:
+        best: _BestValueByConditionsSharedByGoalParts = {}
         for member in part_finders:
             _merge_keeping_greater_values(best, member(search))
         return best
 
-    return find_best_values
+    return find_best_values_of_goal_part
 
 
 def _merge_keeping_greater_values(
-    best: _BestValueByCommonConditions, others: _BestValueByCommonConditions
+    best: _BestValueByConditionsSharedByGoalParts, others: _BestValueByConditionsSharedByGoalParts
 ) -> None:
     """Add sets of conditions with their values to `best`.
 
@@ -617,19 +632,24 @@ def _merge_keeping_greater_values(
 
 
 def _remove_conditions_and_add_their_values(
-    sets: _BestValueByCommonConditions, removed_conditions: _ConditionMask, search: _GoalOptionSearch
-) -> _BestValueByCommonConditions:
-    """Remove the conditions in ``removed_conditions`` from all sets of conditions, the keys of ``sets``.
+    best_values: _BestValueByConditionsSharedByGoalParts,
+    removed_conditions: _ConditionMask,
+    search: _GoalOptionSearch,
+) -> _BestValueByConditionsSharedByGoalParts:
+    """Remove the conditions in ``removed_conditions`` from all sets of conditions, the keys of ``best_values``.
 
     The value of a removed condition in the search is added to the value of the set. Callers must know that no
     later part of the goal mentions the removed conditions. If sets become equal, the greatest value is kept.
     """
     if not removed_conditions:
-        return sets
-    best: _BestValueByCommonConditions = {}
-    for conditions, value in sets.items():
+        return best_values
+    best: _BestValueByConditionsSharedByGoalParts = {}
+    for conditions, value in best_values.items():
         _merge_keeping_greater_values(
             best,
-            {conditions & ~removed_conditions: value + search.sum_values(conditions & removed_conditions)},
+            {
+                conditions & ~removed_conditions: value
+                + search.sum_condition_values(conditions & removed_conditions)
+            },
         )
     return best

@@ -155,8 +155,8 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._partial_success_finder.find_share_of_met_conditions_in_best_option(
-            final, reached, _are_met_in_turn(self._actions, actions)
+        return self._met_condition_share_finder.find_share_of_met_conditions_in_best_option(
+            final, reached, _are_action_goals_met_in_order(self._actions, actions)
         )
 
     @cached_property
@@ -166,10 +166,10 @@ class GoalTest:
         An option is a list of conditions that together satisfy all goals. N is the length of the option with
         the largest share of met conditions in a state without true atoms, and at least 1.
         """
-        return self._partial_success_finder.share_if_none_met
+        return self._met_condition_share_finder.share_if_none_met
 
     @cached_property
-    def _partial_success_finder(self) -> _MetConditionShareFinder:
+    def _met_condition_share_finder(self) -> _MetConditionShareFinder:
         return _MetConditionShareFinder(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> TalliesByGoalKind:
@@ -299,7 +299,7 @@ def find_longest_series_of_met_action_goals(
     Goals between those of the series may be unmet.
     If several series are equally long, return the series that is complete after the fewest actions.
     """
-    if _are_met_in_turn(alternative_actions_of_goals, actions):
+    if _are_action_goals_met_in_order(alternative_actions_of_goals, actions):
         return tuple(range(len(alternative_actions_of_goals)))
     # best[n]: the indices of n goals that the actions meet in order, and the number of actions until then.
     # No other series of n goals is complete after fewer actions.
@@ -313,9 +313,11 @@ def find_longest_series_of_met_action_goals(
     return best[-1][0]
 
 
-def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> bool:
+def _are_action_goals_met_in_order(
+    alternative_actions_of_goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+) -> bool:
     left = iter(actions)
-    return all(any(action in wanted for action in left) for wanted in goals)
+    return all(any(action in wanted for action in left) for wanted in alternative_actions_of_goals)
 
 
 _HalfPointsByGoalKind: TypeAlias = tuple[int, int, int]

@@ -45,7 +45,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         is_object = misuse.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(str(misuse) + did_you_mean(misuse.name, known))
-    formula = rewrite_state_subformulas(stated, lexicon.replace_names_in_texts_by_domain_names)
+    formula = rewrite_state_subformulas(stated, lexicon.replace_lexicon_names_by_domain_names)
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:

@@ -53,11 +53,11 @@ class FormulaNameLexicon:
         return {index: name for name, index in self.objects.items()}
 
     @cached_property
-    def _name_in_texts_by_predicate(self) -> Mapping[str, str]:
+    def _lexicon_name_by_predicate(self) -> Mapping[str, str]:
         return {name: word for word, name in self.predicates.items()}
 
     @cached_property
-    def _name_in_texts_by_action(self) -> Mapping[str, str]:
+    def _lexicon_name_by_action(self) -> Mapping[str, str]:
         return {name: word for word, name in self.actions.items()}
 
     def get_object_name(self, index: int) -> str:
@@ -68,20 +68,20 @@ class FormulaNameLexicon:
         """Return a literal without variables as a formula with the names that answers and task files use."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
-        word = name if spoken else self._name_in_texts_by_predicate.get(name, name)
+        word = name if spoken else self._lexicon_name_by_predicate.get(name, name)
         atom = f.Atom(word, self._make_object_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def convert_action_to_formula(self, action: Action) -> f.Occurs:
         """Return an action on given objects as a formula with the names that answers and task files use."""
         return f.Occurs(
-            self._name_in_texts_by_action.get(action.operator, action.operator),
+            self._lexicon_name_by_action.get(action.operator, action.operator),
             self._make_object_terms(action.arguments),
         )
 
-    def has_name_in_formulas_for_action(self, operator: str) -> bool:
+    def has_lexicon_name_for_action(self, operator: str) -> bool:
         """Whether formulas in answers and task files have a name for an action of the domain."""
-        return self._name_in_texts_by_action.get(operator, operator) in self.signature.actions
+        return self._lexicon_name_by_action.get(operator, operator) in self.signature.actions
 
     def find_predicates_of_arity(self, arity: int, put_first: str) -> Iterator[str]:
         """Yield the domain's predicates of a given arity that answers and task files can name.
@@ -131,7 +131,7 @@ class FormulaNameLexicon:
             name in self.unobserved_objects for name in names
         )
 
-    def replace_names_in_texts_by_domain_names(self, formula: f.Formula) -> f.Formula:
+    def replace_lexicon_names_by_domain_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula from an answer or a task file with the names that the domain and its scene use.
 
         Raises:
@@ -145,26 +145,28 @@ class FormulaNameLexicon:
 
         return rewrite_leaves(formula, rename_leaf_for_domain)
 
-    def replace_domain_names_by_names_in_texts(self, formula: f.Formula) -> f.Formula:
+    def replace_domain_names_by_lexicon_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names that answers and task files use.
 
-        This is the inverse of `replace_names_in_texts_by_domain_names`.
+        This is the inverse of `replace_lexicon_names_by_domain_names`.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def replace_domain_names_in_leaf(leaf: f.Leaf, bound_variables: frozenset[str]) -> f.Formula:
+        def replace_domain_by_lexicon_names_in_leaf(
+            leaf: f.Leaf, bound_variables: frozenset[str]
+        ) -> f.Formula:
             return _rename_leaf(
                 leaf,
-                self._name_in_texts_by_predicate,
-                self._name_in_texts_by_action,
-                self._rename_object_for_texts,
+                self._lexicon_name_by_predicate,
+                self._lexicon_name_by_action,
+                self._replace_scene_object_by_lexicon_name,
             )
 
-        return rewrite_leaves(formula, replace_domain_names_in_leaf)
+        return rewrite_leaves(formula, replace_domain_by_lexicon_names_in_leaf)
 
-    def _rename_object_for_texts(self, term: f.Term) -> f.Term:
+    def _replace_scene_object_by_lexicon_name(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.get_object_name(index))
 

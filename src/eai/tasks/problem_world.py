@@ -217,22 +217,25 @@ class _ProblemToStateConverter:
     def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         """Return a condition with names that the benchmark declares, in place of the problem's names."""
 
-        def replace_name_by_declared_name(term: f.Term) -> f.Term:
+        def replace_problem_name_by_benchmark_name(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
 
         match formula:
             case f.Atom(name, (argument,)) if name in self.object_category_by_predicate:
-                return is_a(replace_name_by_declared_name(argument), self.object_category_by_predicate[name])
+                return is_a(
+                    replace_problem_name_by_benchmark_name(argument), self.object_category_by_predicate[name]
+                )
             case f.Atom(name) if name in self.operator_by_predicate:
                 return f.Occurs(self.operator_by_predicate[name], ())
             case f.Atom(name) if name == self.order_predicate:
                 return f.TRUE
             case f.Atom(name, arguments):
                 return f.Atom(
-                    self.predicates.get(name, name), tuple(map(replace_name_by_declared_name, arguments))
+                    self.predicates.get(name, name),
+                    tuple(map(replace_problem_name_by_benchmark_name, arguments)),
                 )
             case f.Equals():
-                return map_terms(formula, replace_name_by_declared_name)
+                return map_terms(formula, replace_problem_name_by_benchmark_name)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 return replace(
                     formula,

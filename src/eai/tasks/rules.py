@@ -35,7 +35,7 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 
 
 @dataclass(frozen=True)
-class DomainRules:
+class DomainRulesInPrompts:
     """The rules of a domain as prompts state them: without hidden facts, which prompts never show.
 
     An operator has no rules for prompts if it can act in several ways, or if its conditions depend on a
@@ -249,7 +249,7 @@ class DomainRules:
         """Mapping from each derived predicate that a formula defines to the text of its definition."""
         meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
         return {
-            predicate.name: _write_predicate_definition(predicate, defined)
+            predicate.name: _write_definition_of_derived_predicate(predicate, defined)
             for predicate, defined in meanings
             if defined is not None
         }
@@ -270,7 +270,7 @@ def write_operator_title(operator: Operator) -> str:
     return f"{head}: {operator.description}" if operator.description else head
 
 
-def _write_predicate_definition(derived: DerivedPredicate, defined: DefinedPredicate) -> str:
+def _write_definition_of_derived_predicate(derived: DerivedPredicate, defined: DefinedPredicate) -> str:
     remark = derived.open_in_meaning if isinstance(derived, LookupPredicate) else ""
     head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
     return f"{head}{_write_formula(defined.definition)}{f' ({remark})' if remark else ''}"

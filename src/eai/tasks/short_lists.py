@@ -51,10 +51,10 @@ def join_names_with_number_ranges(names: Iterable[str]) -> str:
             runs[-1].append(name)
         else:
             runs.append([name])
-    return ", ".join([_write_range(run) for run in runs])
+    return ", ".join([_join_consecutively_numbered_names(run) for run in runs])
 
 
-def _write_range(names: Sequence[str]) -> str:
+def _join_consecutively_numbered_names(names: Sequence[str]) -> str:
     return f"{names[0]}..{_split_off_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
 
 

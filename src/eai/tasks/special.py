@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 
 @dataclass(frozen=True, slots=True)
-class ImpossibleTaskMark:
+class PossiblyImpossibleTaskMark:
     """Marks a task that an answer may reject as impossible.
 
     Some tasks with a plan have this mark, too. So the mark does not reveal which tasks are impossible.
@@ -47,5 +47,5 @@ class HazardousTaskMark:
     untold: bool = False
 
 
-SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
+SpecialTaskMark: TypeAlias = PossiblyImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
 """The mark of an impossible task, of an ambiguous task, or of a task with hazards."""

@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING, NewType
 
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import find_object_names, is_state_formula, walk_subformulas
-from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark, SpecialTaskMark
+from eai.tasks.special import (
+    AmbiguousTaskMark,
+    HazardousTaskMark,
+    PossiblyImpossibleTaskMark,
+    SpecialTaskMark,
+)
 
 if TYPE_CHECKING:
     from eai.world.action import Action
@@ -109,12 +114,12 @@ class Task:
     @property
     def has_no_plan(self) -> bool:
         """Whether no plan reaches the goals, so that calling the task impossible is right."""
-        return isinstance(self.special, ImpossibleTaskMark) and bool(self.special.missing)
+        return isinstance(self.special, PossiblyImpossibleTaskMark) and bool(self.special.missing)
 
     @property
     def allows_declining_answers(self) -> bool:
         """Whether an answer may call the task impossible, or ask for the meant object."""
-        return isinstance(self.special, (ImpossibleTaskMark, AmbiguousTaskMark))
+        return isinstance(self.special, (PossiblyImpossibleTaskMark, AmbiguousTaskMark))
 
     @property
     def planning_object_indices(self) -> tuple[int, ...]:
@@ -141,7 +146,7 @@ class Task:
         return not isinstance(self.special, AmbiguousTaskMark)
 
     @property
-    def with_only_stated_goals(self) -> Task:
+    def with_only_goals_stated_in_prompts(self) -> Task:
         """The task with only the goals that prompts state."""
         if not self.has_goals_in_prompts:
             return replace(self, goals=())

@@ -22,7 +22,7 @@ from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
 from eai.tasks.source import DataMistake, TaskSet
-from eai.tasks.special import ImpossibleTaskMark
+from eai.tasks.special import PossiblyImpossibleTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_lines import make_task_from_line, read_task_line
 from eai.world.action import Action
@@ -128,7 +128,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
-class _CheckedLine(NamedTuple):
+class _TaskLineCheckResult(NamedTuple):
     """The mistakes in a line of a task file, and the id of its task: None if the line is not a task."""
 
     task_id: str | None
@@ -171,7 +171,7 @@ def _check_lines(
     domain_of: Callable[[str], Domain],
     find_more_mistakes: Callable[[str, Task], Iterable[str]],
     file_lines: Sequence[_TaskFileLine],
-) -> list[_CheckedLine]:
+) -> list[_TaskLineCheckResult]:
     return [_check_line(domain_of, find_more_mistakes, file_line) for file_line in file_lines]
 
 
@@ -179,7 +179,7 @@ def _check_line(
     domain_of: Callable[[str], Domain],
     find_more_mistakes: Callable[[str, Task], Iterable[str]],
     file_line: _TaskFileLine,
-) -> _CheckedLine:
+) -> _TaskLineCheckResult:
     task_id = None
     try:
         line = read_task_line(file_line.content)
@@ -187,9 +187,9 @@ def _check_line(
         domain = domain_of(line.base)
         task = make_task_from_line(line, domain)
         mistakes = list(find_mistakes_in_task(task, domain))
-        return _CheckedLine(task_id, mistakes or list(find_more_mistakes(line.base, task)))
+        return _TaskLineCheckResult(task_id, mistakes or list(find_more_mistakes(line.base, task)))
     except InputError as error:
-        return _CheckedLine(task_id, [str(error)])
+        return _TaskLineCheckResult(task_id, [str(error)])
 
 
 def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
@@ -252,7 +252,7 @@ def _find_goals_violated_by_initial_state(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield messages if an `ImpossibleTaskMark` does not agree with the plans in a task's line.
+    """Yield messages if an `PossiblyImpossibleTaskMark` does not agree with the plans in a task's line.
 
     If the mark lists missing facts, the line must have no plan, and the task must be proved impossible. If
     the mark lists no missing fact, the task is solvable, and the line must have a ``plan``.
@@ -262,7 +262,7 @@ def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[st
         yield f"{member}: expected none, as the goals are out of reach for want of a fact"
     if task.has_no_plan and not plans and not is_impossible(task, domain):
         yield "missing: expected goals that are proved to be out of reach, found none"
-    elif task.special == ImpossibleTaskMark(()) and not task.script:
+    elif task.special == PossiblyImpossibleTaskMark(()) and not task.script:
         yield "missing: expected a plan, as nothing is missing"
 
 

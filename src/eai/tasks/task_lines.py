@@ -24,7 +24,12 @@ from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_
 from eai.logic.signature import describe_wrong_arity
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.options import describe_validation_error
-from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark, SpecialTaskMark
+from eai.tasks.special import (
+    AmbiguousTaskMark,
+    HazardousTaskMark,
+    PossiblyImpossibleTaskMark,
+    SpecialTaskMark,
+)
 from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -155,7 +160,7 @@ def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene
     if line.untold and not number:
         raise InputError("`untold` is true, so `hazards` must list the hazards that the question leaves out")
     special: list[SpecialTaskMark] = [HazardousTaskMark(tuple(line.hazards), line.untold)] if number else []
-    special += [] if line.missing is None else [ImpossibleTaskMark(tuple(line.missing))]
+    special += [] if line.missing is None else [PossiblyImpossibleTaskMark(tuple(line.missing))]
     special += [] if line.fits is None else [AmbiguousTaskMark(tuple(line.fits))]
     for name in line.fits or ():
         _find_object_index(name, scene.index, "fits")
@@ -262,6 +267,6 @@ def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> 
     lexicon = make_goal_lexicon(domain, scene)
     renamed = [standardize_variable_names(formula) for formula in formulas]
     return [
-        format_ltl(rewrite_state_subformulas(formula, lexicon.replace_domain_names_by_names_in_texts))
+        format_ltl(rewrite_state_subformulas(formula, lexicon.replace_domain_names_by_lexicon_names))
         for formula in renamed
     ]

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.logic.rewriting import rename_objects
 from eai.tasks.goal_text import write_goal
-from eai.tasks.rules import DomainRules, explain_rule_notation, write_operator_title
+from eai.tasks.rules import DomainRulesInPrompts, explain_rule_notation, write_operator_title
 from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -62,7 +62,7 @@ class PromptAndAnswerWording:
     conventions: Callable[[Task], str] | None = None
     static: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()
-    rules: DomainRules | None = None
+    rules: DomainRulesInPrompts | None = None
     unchanging: tuple[str, ...] = ()
     surroundings: Callable[[Task], Iterable[int]] | None = None
     states_instruction: bool = False
@@ -77,7 +77,7 @@ class PromptAndAnswerWording:
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
         return PromptAndAnswerWording(
-            domain, changeable, static=static, rules=DomainRules(domain), states_instruction=True
+            domain, changeable, static=static, rules=DomainRulesInPrompts(domain), states_instruction=True
         )
 
     def describe_vocabulary(self) -> str:
@@ -208,7 +208,8 @@ class PromptAndAnswerWording:
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
         return _join_lines(
-            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_stated_goals.goals
+            write_goal(rename_objects(goal.formula, names))
+            for goal in task.with_only_goals_stated_in_prompts.goals
         )
 
     def _get_predicate_name_in_answers(self, predicate: str) -> str:

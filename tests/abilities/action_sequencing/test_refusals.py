@@ -22,7 +22,7 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explain_goal_notation
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 
 WHY = "lit(lamp)"
 NO = write_refusal_answer(WHY)
@@ -63,13 +63,13 @@ def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None)
 
 def test_a_refusal_is_right_if_facts_are_missing() -> None:
     right, false = (
-        verdict_on(NO, special=ImpossibleTaskMark((WHY,))),
-        verdict_on(NO, special=ImpossibleTaskMark(())),
+        verdict_on(NO, special=PossiblyImpossibleTaskMark((WHY,))),
+        verdict_on(NO, special=PossiblyImpossibleTaskMark(())),
     )
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
     assert not any(right.goals_satisfied)
-    notes = suite(special=ImpossibleTaskMark((WHY,))).scorer("t").explain(NO).notes
+    notes = suite(special=PossiblyImpossibleTaskMark((WHY,))).scorer("t").explain(NO).notes
     assert f"missing: {WHY}" in notes
 
 
@@ -78,10 +78,10 @@ def test_a_refusal_is_read_only_if_the_task_allows_it() -> None:
     assert plain.refused is None
     assert plain.error is not None
     assert "impossible" not in "".join(_told())
-    assert "impossible" in "".join(_told(special=ImpossibleTaskMark(())))
-    assert _told(special=ImpossibleTaskMark(())) == _told(special=ImpossibleTaskMark((WHY,))), (
-        "the prompt does not say which it is"
-    )
+    assert "impossible" in "".join(_told(special=PossiblyImpossibleTaskMark(())))
+    assert _told(special=PossiblyImpossibleTaskMark(())) == _told(
+        special=PossiblyImpossibleTaskMark((WHY,))
+    ), "the prompt does not say which it is"
 
 
 def _told(**changes: object) -> list[str]:
@@ -91,12 +91,12 @@ def _told(**changes: object) -> list[str]:
 
 
 def test_a_plan_is_scored_even_if_a_refusal_is_allowed() -> None:
-    assert verdict_on(as_plan(["PRESS(lamp)"]), special=ImpossibleTaskMark(())).success
+    assert verdict_on(as_plan(["PRESS(lamp)"]), special=PossiblyImpossibleTaskMark(())).success
 
 
 def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
     for missing, paid in (((WHY,), 1.0), ((), 0.0)):
-        asked = world(special=ImpossibleTaskMark(missing))
+        asked = world(special=PossiblyImpossibleTaskMark(missing))
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
         gold = open_gold_answers(asked, opened.ability)["t"].text
@@ -105,13 +105,15 @@ def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
 
 
 def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
-    asked = world(special=ImpossibleTaskMark((WHY,)))
+    asked = world(special=PossiblyImpossibleTaskMark((WHY,)))
     opened = eai.open(asked, "action_sequencing")
     plan = as_plan(["PRESS(lamp)"])
     assert {Reward(opened, shaping)("t", plan) for shaping in Shaping} == {0.0}
     assert Reward(opened, Shaping.REPAIR)("t", NO) == 1.0
     assert (
-        Reward(eai.open(world(special=ImpossibleTaskMark(())), "action_sequencing"), Shaping.REPAIR)("t", NO)
+        Reward(eai.open(world(special=PossiblyImpossibleTaskMark(())), "action_sequencing"), Shaping.REPAIR)(
+            "t", NO
+        )
         == 0.0
     )
     task = opened.tasks["t"]
@@ -124,8 +126,8 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
 def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
     plan, ask = as_plan(["PRESS(lamp)"]), write_refusal_answer("Which?", QUESTION)
     for text, special, is_right in [
-        (f"{plan} {NO}", ImpossibleTaskMark(()), False),
-        (f"{plan} {NO}", ImpossibleTaskMark((WHY,)), True),
+        (f"{plan} {NO}", PossiblyImpossibleTaskMark(()), False),
+        (f"{plan} {NO}", PossiblyImpossibleTaskMark((WHY,)), True),
         (f"{plan} {ask}", AmbiguousTaskMark(("lamp",)), False),
         (f"{plan} {ask}", AmbiguousTaskMark(("lamp", "torch")), True),
         (ask, AmbiguousTaskMark(("lamp", "torch")), True),
@@ -140,7 +142,7 @@ def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
 
 
 def test_a_record_keeps_the_refusal_and_no_repair_is_searched() -> None:
-    opened = suite(special=ImpossibleTaskMark((WHY,)))
+    opened = suite(special=PossiblyImpossibleTaskMark((WHY,)))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
         (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
         values = record_to_json(record)

@@ -25,7 +25,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
-from eai.tasks.special import ImpossibleTaskMark
+from eai.tasks.special import PossiblyImpossibleTaskMark
 from eai.tasks.task_files import find_mistakes_in_task
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
@@ -41,7 +41,7 @@ def test_one_task_of_a_pair_has_a_plan_and_the_other_provably_has_no_plan(like: 
         solved, unsolved = made.task, made.paired.task
         assert solves_task(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
-        assert (solved.special, unsolved.script) == (ImpossibleTaskMark(()), ())
+        assert (solved.special, unsolved.script) == (PossiblyImpossibleTaskMark(()), ())
 
 
 @pytest.mark.sweep
@@ -68,7 +68,7 @@ def test_the_tasks_of_a_pair_differ_in_the_missing_property(like: str) -> None:
         assert lost.predicate == kept.predicate
         named = solved.find_objects_named_in_goals(solved.goals)
         assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
-        assert isinstance(unsolved.special, ImpossibleTaskMark)
+        assert isinstance(unsolved.special, PossiblyImpossibleTaskMark)
         (missing,) = unsolved.special.missing
         assert missing == f"{lost.predicate}({solved.scene.objects[lost.arguments[0]].name})"
         assert {solved.id, unsolved.id} == {f"{solved.title}-a", f"{solved.title}-b"}

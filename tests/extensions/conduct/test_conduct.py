@@ -21,7 +21,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.studies.records import StudyRecords
 from eai.studies.registry import find_study
-from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, PossiblyImpossibleTaskMark
 from eai.tasks.task_lines import write_task_line
 from record_files import write_records
 
@@ -35,7 +35,7 @@ def with_hazard(task_id: str) -> Task:
 
 def of_pair(task_id: str, *missing: str) -> Task:
     task = make_task(task_id, "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    return replace(task, special=ImpossibleTaskMark(missing))
+    return replace(task, special=PossiblyImpossibleTaskMark(missing))
 
 
 def tables(

@@ -16,7 +16,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
-from eai.tasks.special import ImpossibleTaskMark
+from eai.tasks.special import PossiblyImpossibleTaskMark
 from eai.tasks.task_lines import write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -29,7 +29,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     (tmp_path / "tasks.jsonl").write_text(write_task_line(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")
     gold = open_gold_answers(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
-    assert isinstance(twin.task.special, ImpossibleTaskMark)
+    assert isinstance(twin.task.special, PossiblyImpossibleTaskMark)
     (missing,) = twin.task.special.missing
     assert read_refusal_reason(gold) != missing
     verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)

@@ -25,7 +25,7 @@ from eai.agents.play import EpisodeFactory, read_commands
 from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark, SpecialTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark, SpecialTaskMark
 from eai.tasks.task_lines import write_task_line
 
 DOMAIN = "agents.switches:SWITCHES"
@@ -81,7 +81,7 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 @pytest.mark.parametrize(
     ("special", "line", "command"),
     [
-        (ImpossibleTaskMark(()), "impossible dark", "IMPOSSIBLE(dark)"),
+        (PossiblyImpossibleTaskMark(()), "impossible dark", "IMPOSSIBLE(dark)"),
         (AmbiguousTaskMark(("lamp",)), "ask which", "ASK(which)"),
     ],
 )

@@ -22,7 +22,7 @@ from eai.extensions.questions.setting import (
     make_question_setting,
 )
 from eai.planning.planner import Planner
-from eai.tasks.rules import DomainRules
+from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -38,7 +38,9 @@ def light(lamps: Benchmark) -> Task:
 
 @pytest.fixture
 def opened(lamps: Benchmark) -> Callable[[Task], QuestionSetting]:
-    return lambda task: make_question_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
+    return lambda task: make_question_setting(
+        task, DomainRulesInPrompts(lamps.domain), Planner(lamps.domain), "0"
+    )
 
 
 def steps(task: Task, way: str) -> tuple[Action, ...]:
@@ -187,11 +189,11 @@ PUT(x, y)
 
 
 def test_the_rules_of_an_operator_match_its_declaration(lamps: Benchmark) -> None:
-    assert DomainRules(lamps.domain).write_rules({"PUT"}) == PUT
+    assert DomainRulesInPrompts(lamps.domain).write_rules({"PUT"}) == PUT
 
 
 def test_rules_of_operators_keep_the_order_of_the_declaration(lamps: Benchmark) -> None:
-    text = DomainRules(lamps.domain).write_rules({"PUT", "GO"})
+    text = DomainRulesInPrompts(lamps.domain).write_rules({"PUT", "GO"})
     assert text.splitlines()[0] == "GO(x)"
     assert text.endswith(PUT)
 
@@ -222,7 +224,9 @@ OPERATORS = (
     w.Operator("TRY", (x,), (), (), alternatives=(w.OperatorAlternative(on(x), (), (w.Delete(on(x)),)),)),
     w.Operator("LOOK", (), (), ()),
 )
-WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
+WORLD = DomainRulesInPrompts(
+    w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS)
+)
 
 
 def test_rules_leave_out_inexpressible_operators() -> None:
@@ -255,7 +259,7 @@ def test_rules_state_conditions_of_effects_and_each_definition_once() -> None:
 
 @pytest.mark.parametrize(("domain", "left_out"), [("virtualhome", {"PUTOBJBACK"}), ("behavior", {"CLEAN"})])
 def test_one_operator_of_households_is_inexpressible(domain: str, left_out: set[str]) -> None:
-    rules = DomainRules(find_benchmark(domain).domain)
+    rules = DomainRulesInPrompts(find_benchmark(domain).domain)
     assert set(rules.domain.operator_arities) - rules.operator_names == left_out
     text = rules.write_rules(rules.operator_names)
     assert not any(name in text for name in rules.changeable_hidden_predicates)
@@ -267,7 +271,7 @@ PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
 
 
 def setting(lamps: Benchmark, task: str = "light") -> QuestionSetting:
-    rules, planner = DomainRules(lamps.domain), Planner(lamps.domain)
+    rules, planner = DomainRulesInPrompts(lamps.domain), Planner(lamps.domain)
     return make_question_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 

@@ -30,7 +30,7 @@ from eai.extensions.questions.shortcuts import (
 )
 from eai.extensions.questions.writer import QuestionGenerator
 from eai.planning.planner import Planner
-from eai.tasks.rules import DomainRules
+from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.source import Source
 from extensions.questions.naive import CHOICE
 from sweeps import swept
@@ -151,7 +151,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
     operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
     right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
     world = make_question_setting(
-        lamps.tasks(Source())["light"], DomainRules(lamps.domain), Planner(lamps.domain), "0"
+        lamps.tasks(Source())["light"], DomainRulesInPrompts(lamps.domain), Planner(lamps.domain), "0"
     )
     about = {step: [name] for step, name in operators.items()}
     item = QuestionWithRightAndWrongTexts(world.states[0], (), 4, right, wrong, (), labels=about)

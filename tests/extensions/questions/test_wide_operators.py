@@ -6,7 +6,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions import one_step
 from eai.extensions.questions.setting import make_question_setting
 from eai.planning.planner import get_planner
-from eai.tasks.rules import DomainRules
+from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.source import Source
 from eai.world.action import Action
 from planning.test_wide_operators import wide
@@ -17,7 +17,7 @@ SHARED = (wide,)
 
 def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None:
     setting = make_question_setting(
-        wide.tasks(Source())["one"], DomainRules(wide.domain), get_planner(wide.domain), "1"
+        wide.tasks(Source())["one"], DomainRulesInPrompts(wide.domain), get_planner(wide.domain), "1"
     )
     state, action = setting.states[0], Action("wide", tuple(range(1, 9)))
     changed = {"r", "w", "p"}

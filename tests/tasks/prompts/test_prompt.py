@@ -11,8 +11,8 @@ from eai.tasks.prompts.prompt import (
     Image,
     Prompt,
     PromptFiles,
-    _CompressedPrompts,
-    make_compact_prompt_mapping,
+    _ZlibCompressedPromptMapping,
+    make_memory_saving_prompt_mapping,
     read_prompt_file,
     read_system_message_file,
 )
@@ -58,12 +58,12 @@ def test_packed_prompts_are_the_prompts_in_less_memory() -> None:
     prompts["odd"] = Prompt(
         "lone \udc80", stop=("}",), turns=(("a", "b"),), images=(Image("image/png", b"1"),)
     )
-    packed = make_compact_prompt_mapping(prompts.items())
+    packed = make_memory_saving_prompt_mapping(prompts.items())
     assert packed == prompts
     assert list(packed) == list(prompts)
-    assert isinstance(packed, _CompressedPrompts)
+    assert isinstance(packed, _ZlibCompressedPromptMapping)
     assert sum(len(text) for text, _ in packed._packed.values()) < 2 * len(rules)
-    assert make_compact_prompt_mapping({"0": Prompt(""), "1": Prompt("?")}.items()) == {
+    assert make_memory_saving_prompt_mapping({"0": Prompt(""), "1": Prompt("?")}.items()) == {
         "0": Prompt(""),
         "1": Prompt("?"),
     }

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from eai.tasks.prompts.short import (
     explain_symbols_in_short_fact_list,
+    merge_lines_of_similar_facts,
     merge_lines_of_similar_objects,
     shorten_predicate_list,
     shorten_rules,
-    shorten_state,
 )
 from eai.tasks.rules import explain_rule_notation
 from tasks.prompts.long_form import write_long_form
@@ -26,7 +26,7 @@ def test_short_facts_are_read_as_the_facts_themselves(
     states: list[str], relations: list[tuple[str, str]]
 ) -> None:
     facts = [*[f"clean({name})" for name in states], *[f"near({a}, {b})" for a, b in relations]]
-    short = shorten_state("\n".join(facts), OBJECTS)
+    short = merge_lines_of_similar_facts("\n".join(facts), OBJECTS)
     question = f"{merge_lines_of_similar_objects(OBJECTS)}\n\nFacts:\n{short}\n\nGoals:\n-"
     _, _, rest = write_long_form(question).partition("Initial state:\n")
     read = rest.partition("\n\nGoals:")[0].splitlines()
@@ -35,20 +35,20 @@ def test_short_facts_are_read_as_the_facts_themselves(
 
 def test_facts_about_most_objects_name_the_others() -> None:
     facts = "\n".join(f"clean({name})" for name in NAMES[1:])
-    assert shorten_state(facts, OBJECTS) == "clean(*): all but jar_0"
-    assert shorten_state(f"clean(jar_0)\n{facts}", OBJECTS) == "clean(*): all"
+    assert merge_lines_of_similar_facts(facts, OBJECTS) == "clean(*): all but jar_0"
+    assert merge_lines_of_similar_facts(f"clean(jar_0)\n{facts}", OBJECTS) == "clean(*): all"
 
 
 def test_mutual_facts_are_written_once() -> None:
     facts = "near(jar_0, hall)\nnear(hall, jar_0)\nnear(rag.7, hall)"
-    lines = shorten_state(facts, OBJECTS).splitlines()
+    lines = merge_lines_of_similar_facts(facts, OBJECTS).splitlines()
     assert lines == ["near(rag.7, hall)", "near(jar_0, hall) both ways"]
     assert explain_symbols_in_short_fact_list("\n".join(lines)) == ' "both ways" adds p(b, a) to p(a, b).'
 
 
 @pytest.mark.parametrize("text", ["-", "What holds is in the picture alone.", "not a fact (at all)"])
 def test_other_lines_stay_unchanged(text: str) -> None:
-    assert shorten_state(text, OBJECTS) == text
+    assert merge_lines_of_similar_facts(text, OBJECTS) == text
     assert merge_lines_of_similar_objects(text) == text
     assert shorten_predicate_list(f"lit(x): a lamp\n{text}") == f"lit(x): a lamp\n{text}"
 

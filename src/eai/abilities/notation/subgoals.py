@@ -127,7 +127,7 @@ class SubgoalNotation:
         Return None if the notation can express neither.
         """
         about = {*action.arguments} - {before.scene.agent}
-        named = lexicon.has_name_in_formulas_for_action(action.operator)
+        named = lexicon.has_lexicon_name_for_action(action.operator)
         if about or not named:
             changes = compare_states(before, after)
             for facts, is_true_after in ((changes.added, True), (changes.removed, False)):

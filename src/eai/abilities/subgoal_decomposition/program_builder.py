@@ -312,7 +312,7 @@ class SubgoalProgramCompiler:
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
-        meaning = self.lexicon.replace_names_in_texts_by_domain_names(formula)
+        meaning = self.lexicon.replace_lexicon_names_by_domain_names(formula)
 
         def make_check_for_unmet_subgoal(reason: _UnmetSubgoalReason) -> Check:
             words = f"{format_ltl(formula)} does not hold, and {reason.words}"

@@ -137,7 +137,7 @@ class SubgoalDecompositionScorer(Scorer):
         return (
             None
             if text is None
-            else self.lexicon.replace_names_in_texts_by_domain_names(
+            else self.lexicon.replace_lexicon_names_by_domain_names(
                 read_formula(text, self.lexicon.signature)[0]
             )
         )
@@ -266,7 +266,7 @@ class SubgoalDecompositionScorer(Scorer):
                 why = steps[-1].reason
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
             named = find_object_names(
-                self.lexicon.replace_names_in_texts_by_domain_names(compiled.subgoals[error.step])
+                self.lexicon.replace_lexicon_names_by_domain_names(compiled.subgoals[error.step])
             )
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")

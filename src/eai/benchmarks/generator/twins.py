@@ -41,7 +41,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 from eai.tasks.task import Goal, Task, goal
 from eai.tasks.wording import is_unchanging_object_property
 from eai.world.action import Action
@@ -208,9 +208,9 @@ def _make_possible_task_paired_with_impossible(
 ) -> GeneratedTask:
     task, scene, names = made.task, made.task.scene, _make_shuffled_ids_for_task_pair(made.task, rng)
     solved = replace(
-        _remove_fact(task, needless_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
+        _remove_fact(task, needless_fact), id=names[0], title=task.id, special=PossiblyImpossibleTaskMark(())
     )
-    missing = ImpossibleTaskMark((fact_text(needed_fact, scene),))
+    missing = PossiblyImpossibleTaskMark((fact_text(needed_fact, scene),))
     unsolved = replace(
         _remove_fact(task, needed_fact), id=names[1], title=task.id, script=(), special=missing
     )

@@ -30,7 +30,7 @@ from eai.tasks.english import PLAIN_ENGLISH, EnglishWords, make_predicate_senten
 from eai.tasks.lexicon import FormulaNameLexicon
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.short import RULES
-from eai.tasks.rules import DomainRules, explain_rule_notation
+from eai.tasks.rules import DomainRulesInPrompts, explain_rule_notation
 from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import PromptAndAnswerWording, is_unchanging_object_property
@@ -125,7 +125,7 @@ class _ObfuscatedWording(PromptAndAnswerWording):
     english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
-    def _domain_rules_showing_hidden_predicates(self) -> DomainRules:
+    def _domain_rules_showing_hidden_predicates(self) -> DomainRulesInPrompts:
         """The requirements and effects of all actions in formal notation, without English explanations.
 
         They include the predicates that the prompts of the original benchmark do not show.
@@ -140,7 +140,7 @@ class _ObfuscatedWording(PromptAndAnswerWording):
         told = replace(
             self.domain, vocabulary=replace(vocabulary, predicates=tuple(shown)), operators=operators
         )
-        return DomainRules(told)
+        return DomainRulesInPrompts(told)
 
     @cached_property
     def _predicates_used_in_domain_rules(self) -> frozenset[str]:

@@ -24,7 +24,7 @@ from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
-from eai.tasks.rules import DomainRules
+from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.action import Action
@@ -73,7 +73,7 @@ class QuestionSetting:
     """
 
     task: Task
-    rules: DomainRules
+    rules: DomainRulesInPrompts
     path: tuple[Action, ...]
     states: tuple[State, ...]
     seed: str
@@ -198,7 +198,9 @@ class QuestionSetting:
         )
 
 
-def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> QuestionSetting:
+def make_question_setting(
+    task: Task, rules: DomainRulesInPrompts, planner: Planner, seed: str
+) -> QuestionSetting:
     """Return the material of questions about a task: the task, a path (sequence of actions) and its states.
 
     The path is the beginning of the task's own plan, up to the first step with an object that prompts do not
@@ -233,7 +235,9 @@ def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
     )
 
 
-def _find_executable_steps(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
+def _find_executable_steps(
+    task: Task, rules: DomainRulesInPrompts, plan: Sequence[Action]
+) -> tuple[Action, ...]:
     """Return the first steps of a plan that can be executed, at most `_MAX_PATH_ACTIONS` steps.
 
     The result ends before the first step that is impossible or that has an operator without rules in prompts.
@@ -256,7 +260,7 @@ def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
     return ()
 
 
-def _walk_randomly(task: Task, rules: DomainRules, rng: random.Random) -> tuple[Action, ...]:
+def _walk_randomly(task: Task, rules: DomainRulesInPrompts, rng: random.Random) -> tuple[Action, ...]:
     setting, taken, state = QuestionSetting(task, rules, (), (), ""), list[Action](), task.initial
     for _ in range(_RANDOM_ACTIONS):
         action = setting.draw_action(rng, state, possible=True)

@@ -38,7 +38,7 @@ from eai.extensions.questions.shortcuts import (
 from eai.planning.planner import Planner
 from eai.results.workers import WorkerPool
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.rules import DomainRules
+from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.source import USUAL_SOURCE, Source
 
 ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
@@ -161,7 +161,7 @@ class QuestionGenerator:
         self._source = source
         self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
         self._templates = templates or PromptTemplates()
-        self._rules = DomainRules(benchmark.domain)
+        self._rules = DomainRulesInPrompts(benchmark.domain)
         self._planner = Planner(benchmark.domain)
         self._setting = cache(self._make_question_setting_of_task)
         self._order = cache(self._draw_task_order)

@@ -19,17 +19,17 @@ from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
 from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.prompts.prompt import BelievedTask, Prompt, make_compact_prompt_mapping
+from eai.tasks.prompts.prompt import BelievedTask, Prompt, make_memory_saving_prompt_mapping
 from eai.tasks.prompts.short import (
     RULES,
     explain_symbols_in_short_fact_list,
+    merge_lines_of_similar_facts,
     merge_lines_of_similar_objects,
     shorten_predicate_list,
     shorten_rules,
-    shorten_state,
 )
 from eai.tasks.prompts.template import PromptTemplates, Text
-from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
+from eai.tasks.special import AmbiguousTaskMark, PossiblyImpossibleTaskMark
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import PromptAndAnswerWording
 from eai.world.vocabulary import make_parameter_names
@@ -154,7 +154,7 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         }
         return Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
 
-    return make_compact_prompt_mapping(
+    return make_memory_saving_prompt_mapping(
         (task_id, render_prompt(task_id, task)) for task_id, task in tasks.items()
     )
 
@@ -180,7 +180,7 @@ def _render_question(
     objects, initial = wording.describe_objects(task), write_initial_state(wording, belief)
 
     def write_short_initial_state() -> str:
-        return shorten_state(initial, objects)
+        return merge_lines_of_similar_facts(initial, objects)
 
     values: dict[str, Text] = {
         "title": task.title,
@@ -191,12 +191,14 @@ def _render_question(
         "initial": initial,
         "short_initial": write_short_initial_state,
         "lists": lambda: explain_symbols_in_short_fact_list(write_short_initial_state()),
-        "goals": _write_goals(wording, belief, templates),
+        "goals": _write_goals_and_subgoals(wording, belief, templates),
     }
     return templates.fill_template(f"{name}_task.txt", values)
 
 
-def _write_goals(wording: PromptAndAnswerWording, belief: BelievedTask, templates: PromptTemplates) -> str:
+def _write_goals_and_subgoals(
+    wording: PromptAndAnswerWording, belief: BelievedTask, templates: PromptTemplates
+) -> str:
     """Return the text of the goals that a question states, followed by its subgoals, if any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
@@ -219,7 +221,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.with_only_stated_goals for task in tasks]
+    about = [task.with_only_goals_stated_in_prompts for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
@@ -228,7 +230,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         "over_time": any(goal.is_temporal for goal in goals),
     }
     special = {type(task.special) for task in about} if name in _DECLINABLE else set()
-    for kind, template in ((ImpossibleTaskMark, "missing"), (AmbiguousTaskMark, "ambiguous")):
+    for kind, template in ((PossiblyImpossibleTaskMark, "missing"), (AmbiguousTaskMark, "ambiguous")):
         used[f"{template}{_DECLINABLE.get(name)}"] = kind in special
     return [
         templates.read(f"goals/{template_name}.txt") for template_name, is_used in used.items() if is_used
@@ -290,7 +292,9 @@ def render_operator_prompts(
         }
         return Prompt(templates.fill_template("transition_modeling.txt", values))
 
-    return make_compact_prompt_mapping((task_id, render_prompt(task)) for task_id, task in tasks.items())
+    return make_memory_saving_prompt_mapping(
+        (task_id, render_prompt(task)) for task_id, task in tasks.items()
+    )
 
 
 def _find_names_to_print_in_prompt(
@@ -386,7 +390,7 @@ def _write_problem_as_short_lists(task: TransitionTask, operators: Sequence[str]
     denied = [f"not {write_atom(atom)}" for atom in problem.denied]
     lists = [
         merge_lines_of_similar_objects(objects).replace(f" [{OBJECT}]", ""),
-        shorten_state(state, objects),
+        merge_lines_of_similar_facts(state, objects),
     ]
     return "\n".join([*filter(None, lists), *denied, f"(:goal {write_formula(problem.goal)})"])
 

@@ -84,7 +84,7 @@ class Prompt:
         return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 
 
-class _CompressedPrompts(Mapping[str, Prompt]):
+class _ZlibCompressedPromptMapping(Mapping[str, Prompt]):
     """A mapping from ids of tasks to prompts that holds the texts compressed.
 
     Prompts of one benchmark and one kind of question differ in few words. Compressed with the first prompt as
@@ -115,9 +115,9 @@ class _CompressedPrompts(Mapping[str, Prompt]):
         return len(self._packed)
 
 
-def make_compact_prompt_mapping(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
+def make_memory_saving_prompt_mapping(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
     """Return a mapping from task ids to prompts that takes little memory, given pairs of id and prompt."""
-    return _CompressedPrompts(prompts)
+    return _ZlibCompressedPromptMapping(prompts)
 
 
 def read_prompt_file(path: Path) -> dict[str, str]:

@@ -101,17 +101,17 @@ def merge_lines_of_similar_objects(
     return "\n".join([*[f"{join_names(names)}{about}" for about, names in groups.items()], *others])
 
 
-def shorten_state(text: str, objects: str) -> str:
+def merge_lines_of_similar_facts(fact_lines: str, object_lines: str) -> str:
     """Return a list of facts in short form: similar facts share a line.
 
     Args:
-        text: the list, with one fact a line.
-        objects: the list of all objects, one a line. In the result, the word ``all`` stands for these
+        fact_lines: the list, with one fact a line.
+        object_lines: the list of all objects, one a line. In the result, the word ``all`` stands for these
             objects.
     """
-    listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]
+    listed = [line[1] for line in map(_OBJECT.fullmatch, object_lines.splitlines()) if line]
     lines: list[str] = []
-    for predicate, run in groupby(text.splitlines(), _find_predicate_of_fact_line):
+    for predicate, run in groupby(fact_lines.splitlines(), _find_predicate_of_fact_line):
         facts = list(run)
         lines += facts if predicate is None else _merge_fact_lines_of_predicate(predicate, facts, listed)
     return "\n".join(lines)
