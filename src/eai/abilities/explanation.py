@@ -1,6 +1,6 @@
 """Explanations: why an answer has its verdict, step by step and in words, for people and for reports.
 
-A `AtomOrAction` splits the text of an atom, an action or a step into its name and its arguments.
+An `AtomOrAction` splits the text of an atom, an action or a step into its name and its arguments.
 `map_missed_goals_to_similar_facts` finds the facts that an answer made true instead of a missed goal.
 `eai.abilities.reports` makes explanations.
 """
@@ -73,7 +73,7 @@ class StepReport:
         removed: facts that became false.
         hidden_changes: number of changed facts that prompts may mention, but that are not in ``added`` or
             ``removed``. For example, facts about objects that do not matter to the task.
-        call: the action as a `AtomOrAction`.
+        call: the action as an `AtomOrAction`.
     """
 
     action: str

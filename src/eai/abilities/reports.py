@@ -188,7 +188,7 @@ def _describe_when_condition_held(
 
 
 def to_action_with_object_names(action: Action, scene: Scene) -> AtomOrAction:
-    """Return an action on objects as a `AtomOrAction`: its operator and the names of its objects."""
+    """Return an action on objects as an `AtomOrAction`: its operator and the names of its objects."""
     return AtomOrAction(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 

@@ -256,7 +256,7 @@ class Verdict:
 
     @property
     def values_by_column(self) -> Mapping[str, Json]:
-        """Mapping from columns of `eai.results.lines.AnswerTableLine` to the verdict's values in these columns."""
+        """The verdict's values, by the columns of `eai.results.lines.AnswerTableLine`."""
         return {}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:

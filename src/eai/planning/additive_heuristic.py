@@ -475,7 +475,7 @@ class CostEstimates:
         return True
 
     def _begin_cost_computation_and_save_values(self, key: _ConditionKey) -> tuple[int, int]:
-        """Mark the cost of a condition as being computed. Return values for `_end_cost_computation_and_store_cost`."""
+        """Mark the cost of a condition as being computed. Return values to restore at its end."""
         self._causes.pop(key, None)
         self._open[key] = len(self._open)
         before = self._cut_depth, len(self._uncertain)

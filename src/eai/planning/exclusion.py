@@ -333,7 +333,7 @@ class _InductiveMutualExclusionProof:
     def _may_effects_happen_together(
         self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts_before_action: _FactPattern
     ) -> bool:
-        """Whether effects of one action may happen together in a state with the facts ``facts_before_action``.
+        """Whether effects of one action may happen together in a state with ``facts_before_action``.
 
         The action's checks must pass in the state, and the conditions of all these effects must hold.
         """

@@ -148,7 +148,7 @@ class RunTotals:
 
     @property
     def coverage(self) -> TaskCoverageByAnswers:
-        """Numbers of tasks of the suite that the run asked, answered, failed or left out (`TaskCoverageByAnswers`)."""
+        """Numbers of tasks of the suite that the run asked, answered, failed or left out."""
         unanswered = [status for status in self.status_by_task.values() if not status & _ANSWERED]
         return TaskCoverageByAnswers(
             asked=len(self.status_by_task),

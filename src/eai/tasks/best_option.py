@@ -636,7 +636,7 @@ def _remove_conditions_and_add_their_values(
     removed_conditions: _ConditionMask,
     search: _GoalOptionSearch,
 ) -> _BestValueByConditionsSharedByGoalParts:
-    """Remove the conditions in ``removed_conditions`` from all sets of conditions, the keys of ``best_values``.
+    """Remove the conditions in ``removed_conditions`` from all keys of ``best_values``, sets of conditions.
 
     The value of a removed condition in the search is added to the value of the set. Callers must know that no
     later part of the goal mentions the removed conditions. If sets become equal, the greatest value is kept.

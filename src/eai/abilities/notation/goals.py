@@ -243,7 +243,7 @@ class WrittenGoal(NamedTuple):
 
     @property
     def atom_or_action(self) -> AtomOrAction:
-        """The goal as a `AtomOrAction`, which does not store whether the goal is an action or a literal.
+        """The goal as an `AtomOrAction`, which does not store whether the goal is an action or a literal.
 
         An action without objects becomes a name without parentheses.
         """

@@ -54,7 +54,9 @@ def make_tasks_from_seed_batch(
     generator: TaskGenerator,
     seeds: Sequence[str],
 ) -> list[bytes]:
-    """Return, for each seed, its task or the reason why it gives none, pickled for `unpickle_task_generation_outcome`.
+    """Return, for each seed, its task or the reason why it gives no task, pickled.
+
+    `unpickle_task_generation_outcome` unpickles them.
 
     Args:
         add_reference_plans: given a generated task and its benchmark, adds a shortest plan, and a reference

@@ -60,7 +60,7 @@ def find_rooms_containing_object(state: State, arguments: tuple[int, ...]) -> Ob
 
 
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> ObjectMask:
-    """Return a bit mask of all objects in a room, that is, for which `find_rooms_containing_object` finds this room."""
+    """Return a bit mask of the objects for which `find_rooms_containing_object` finds a given room."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:

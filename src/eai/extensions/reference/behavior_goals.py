@@ -203,7 +203,7 @@ def _format_condition(condition: Value) -> str:
 
 
 def _make_statement_from_nested_tuple(condition: Value) -> AtomOrAction:
-    """Return a condition as a `AtomOrAction`: predicate, objects, and whether the condition is negated.
+    """Return a condition as an `AtomOrAction`: predicate, objects, and whether the condition is negated.
 
     An ill-formed condition becomes a predicate without objects.
     """

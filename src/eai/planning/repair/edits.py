@@ -130,7 +130,7 @@ class EditCost(NamedTuple):
     insertions: int
 
     def count_min_edits_after_more_insertions(self, insertion_count: int) -> int:
-        """Return the minimum number of edits of the original plan with ``insertion_count`` more insertions."""
+        """Return the minimum number of edits of the plan with ``insertion_count`` more insertions."""
         return self.edits + max(0, insertion_count - self.deletions)
 
 

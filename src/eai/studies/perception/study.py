@@ -105,7 +105,7 @@ class _TaskWithPerceptionErrors:
 
     @property
     def predicates_with_missing_facts(self) -> frozenset[str]:
-        """Names of the predicates of true facts that are missing or misplaced (`ScenePerceptionErrorCounts`)."""
+        """Names of predicates of missing or misplaced true facts (`ScenePerceptionErrorCounts`)."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_contribution_to_rate(self, share: Share) -> TaskRateContribution:
