@@ -212,7 +212,7 @@ def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
         refused = eai("export", kind, tmp_path / "scores", *out)
         assert (
             refused.status,
-            "lamps: no installed benchmark has this name; give --domain" in refused.err,
+            "lamps: no installed benchmark has this name; give the same --domain" in refused.err,
         ) == (
             2,
             True,

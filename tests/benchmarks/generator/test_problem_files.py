@@ -317,4 +317,4 @@ def test_a_path_without_problems_is_refused(eai: Command) -> None:
         find_problem_files([Path("tasks.json")])
     outcome = eai("export", "tasks", "p.pddl", "--domain", "pddl:d.pddl,p.pddl", "--out", "t.jsonl")
     assert outcome.status == 2
-    assert "leave out PROBLEMS to export them" in outcome.err
+    assert "leave out the argument PROBLEMS to export them" in outcome.err
