@@ -105,4 +105,4 @@ reached, before the limit of actions.
 """
 
 TRAINING = GameRules(max_steps=50)
-"""Default rules of games for training."""
+"""Default rules of episodes in which a model is trained by rewards."""

@@ -81,7 +81,7 @@ class PddlFinding:
 
     @property
     def description(self) -> str:
-        """The finding in words: the wrong name, or "expected" and the expected text in an unreadable text."""
+        """The finding in words: the wrong name, or for an unreadable text, what was expected."""
         return f"expected {self.name}" if self.offence.makes_text_unreadable else self.name
 
 

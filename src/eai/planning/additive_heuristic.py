@@ -308,7 +308,7 @@ class CostEstimates:
         # Lowest depth of an open condition whose cost the innermost computation needed; _MAX_DEPTH for none.
         self._cut_depth = _MAX_DEPTH
         # Conditions for which no cost was found, perhaps only because an open condition had no cost yet.
-        # `_causes` maps each such condition to the open condition.
+        # Condition without a cost -> the open condition whose missing cost may be the reason.
         self._uncertain: list[_ConditionKey] = []
         self._causes: dict[_ConditionKey, _ConditionKey] = {}
 
@@ -461,7 +461,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _would_find_no_cost_below_limit(self, key: _ConditionKey, limit: float) -> bool:
-        """Whether the cost of a condition is not computed: it would not be found below ``limit``.
+        """Whether it is useless to compute the cost of a condition, up to ``limit``.
 
         There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
         computed already, or the costs of `_MAX_DEPTH` conditions are being computed.

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Formula
@@ -203,6 +204,13 @@ def _search_plan(
     return SearchResult(SearchEndReason.SOLVED, last_node.list_actions(), effort.used)
 
 
+class _UndoingActions(NamedTuple):
+    """Whether actions for a condition's own objects, and actions for foreign objects, undo a goal."""
+
+    for_own_objects: bool
+    for_foreign_objects: bool
+
+
 class _ReasonableOrder:
     """The reasonable order of goals (Koehler and Hoffmann 2000).
 
@@ -296,33 +304,32 @@ class _ReasonableOrder:
         It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
         ``earlier`` is too costly for a direct search. The learned order holds for all similar goals
         (`_get_pair_key`). So it also stays unknown if ``earlier`` seems reachable, but an action undoes
-        ``later`` for the sake of foreign objects (`_find_if_goal_is_undone_for_condition_objects`).
+        ``later`` for foreign objects (`_find_undoing_actions`).
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = self._find_if_goal_is_undone_for_condition_objects(goal, own, self._goals[later], estimates)
+        undoing = self._find_undoing_actions(goal, own, self._goals[later], estimates)
         must_precede = False
-        if True in undoing:
+        if undoing.for_own_objects:
             kept = self._search.make_estimates(node, (self._goals[later],), forbid_undoing_protected=True)
             must_precede = kept.estimate(goal, _MAX_KEPT_COST) == INFINITE
-        if must_precede or False not in undoing:
+        if must_precede or not undoing.for_foreign_objects:
             self._must_precede[self._get_pair_key(earlier, later)] = must_precede
 
-    def _find_if_goal_is_undone_for_condition_objects(
+    def _find_undoing_actions(
         self,
         condition: Subgoal,
         condition_objects: tuple[int, ...],
         kept_goal: Subgoal,
         estimates: CostEstimates,
-    ) -> set[bool]:
-        """Return whether the actions that undo ``kept_goal`` serve own objects: {True}, {False} or both.
+    ) -> _UndoingActions:
+        """Return whether actions on the cheapest estimated path to ``condition`` undo ``kept_goal``.
 
-        The actions are on the cheapest estimated path to ``condition``. Each action serves the literal that
-        it establishes, and the literals on the path from there to ``condition``. The action counts as False
-        if such a literal has a foreign object, else as True. A foreign object is not in
-        ``condition_objects``, but has the category of an object in ``condition_objects``.
+        An action serves the literal that it establishes, and the literals on the path from there to
+        ``condition``. It serves a foreign object if such a literal has an object that is not in
+        ``condition_objects``, but has the category of one. Otherwise it serves only the condition's objects.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in condition_objects}
@@ -348,7 +355,7 @@ class _ReasonableOrder:
                     if heuristic.readings.holds(*kept_goal[:2], after) != kept_goal.truth:
                         undoing.add(is_own)
                 waiting += [(prerequisite, is_own) for prerequisite in prerequisites]
-        return undoing
+        return _UndoingActions(True in undoing, False in undoing)
 
 
 class _GoalAgenda:
@@ -405,10 +412,10 @@ class _GoalAgenda:
         return bool(new)
 
     def _must_undo_reached_goals_for(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
-        """Whether a goal seems unreachable unless reached goals are undone.
+        """Whether a goal seems unreachable unless reached goals are undone. True at most once for each goal.
 
-        The result is False if no goal must come after another goal. It is True only once for each goal; later
-        searches for the goal protect the reached goals again.
+        So later searches for the goal protect the reached goals again. The result is False if no goal must
+        come after another goal.
         """
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False

@@ -83,11 +83,11 @@ class Limits:
         states: maximum number of states that are reached and estimated.
         thorough: whether a failed search is continued, with another order of goals and unpromising actions.
             If not, a goal that seems unreachable stays without a result.
-        bindings: maximum number of operations to find actions of a `Domain`. Each tried value of a parameter
-            counts as one operation, each action found as `successor_generator.ACTION_BINDINGS` operations.
-        looks: maximum number of tests. For the operators of a `Domain`, each action tested for an estimate
-            counts. In a search with operators from an answer, each tested literal, option and effect counts;
-            answers of nine models need fewer than 400,000 tests for every problem with a result.
+        bindings: maximum number of operations to find possible actions. Each tried value of a parameter is
+            one operation, and each found action is `successor_generator.ACTION_BINDINGS` operations.
+        looks: maximum number of tests for estimates. In a search in a `Domain`, each test of an action
+            counts. In a search with operators from an answer, each test of a literal, option or effect
+            counts; answers of nine models need fewer than 400,000 for every problem with a result.
     """
 
     states: int = 2_000

@@ -69,9 +69,9 @@ class PromptAndAnswerWording:
 
     @staticmethod
     def from_domain(domain: Domain) -> PromptAndAnswerWording:
-        """Return the wording with a domain's own names and rules.
+        """Return the wording of prompts and answers with a domain's own names and rules.
 
-        Prompts use its visible predicates, except unchanging properties of one object.
+        Prompts use its visible predicates, but not the unchanging properties of single objects.
         """
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_unchanging_object_property(p)]
         changeable = tuple([p.name for p in said if not p.static])

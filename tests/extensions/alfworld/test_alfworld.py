@@ -260,7 +260,7 @@ def test_a_damaged_game_is_refused(tmp_path: Path, changed: dict[str, object], m
 
 
 def test_a_folder_without_games_or_of_two_domains_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="expected games in files"):
+    with pytest.raises(InputError, match="expected a folder with games"):
         opened(tmp_path)
     write(tmp_path)
     write(tmp_path, "trial_2", pddl_domain=DOMAIN.replace("(cool ?o)", "(cool ?o)  "))

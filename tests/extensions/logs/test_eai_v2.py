@@ -226,7 +226,7 @@ def test_progress_is_the_graders_except_that_nothing_submitted_has_none(tmp_path
     ("changed", "place"),
     [
         ({"state": "running"}, "tasks.boxing.limited.state"),
-        ({"state": "success"}, "tasks.boxing.limited: state success contradicts the reward"),
+        ({"state": "success"}, "tasks.boxing.limited: the state success does not fit the reward"),
         ({"progress": 7}, "tasks.boxing.limited.progress"),
         ({"reward": {"success": 2}}, "tasks.boxing.limited.reward.success"),
         ({"tokens": "many"}, "tasks.boxing.limited.tokens"),

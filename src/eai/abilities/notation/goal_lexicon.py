@@ -233,7 +233,7 @@ class _GoalToFormulaTranslator:
         """Return the scene's names of the objects that a goal means. Unknown names are kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in stated_goal.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # if such a goal is repeated, each repetition means the same objects
+        if len(first) > 2:  # repetitions of a goal with three or more names mean the same objects
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[stated_goal] += 1

@@ -496,9 +496,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        The condition is about one state. A condition that holds already needs no actions. If this condition
-        is the complete subgoal (``is_whole_subgoal``), the subgoal is reported as an additional (needless)
-        step.
+        The condition is about one state. If it holds already, no actions are needed; if it is also the
+        complete subgoal (``is_whole_subgoal``), the subgoal is reported as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.compute_upper_bound_on_dnf_literal_count(observed)

@@ -275,7 +275,7 @@ def _drop_branches_with_same_future(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of past states in which a test of a failed check costs as much effort as one applied action."""
+"""Number of past states for which testing a failed check counts as much effort as applying one action."""
 
 
 _NO_SUBGOAL = -1

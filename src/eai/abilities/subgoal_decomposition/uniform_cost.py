@@ -426,8 +426,8 @@ class _FailedSearch:
         if best is not None:
             return distance, self._choose_failed_attempt_to_report(best)
         first = self._nodes[0]
-        # No plan makes progress. Report an action if only its alternatives (`OperatorAlternative`) fail.
-        # Otherwise report an action that must come before a failing action.
+        # No plan makes progress: report the first action for which only its `OperatorAlternative`s fail.
+        # A failing action before which another action must come counts, too; the other action is reported.
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_failed_attempt_to_report(attempt)

@@ -45,7 +45,7 @@ def require_existing(obj: Variable) -> Check:
 
 
 def require_reachable(obj: Variable) -> Check:
-    """Return the check that no closed container contains an object."""
+    """Return the check that an object is in no closed container."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
     return missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 

@@ -84,7 +84,7 @@ def open_tasks(
     """Return the tasks in alphabetical order; download them first if they are missing.
 
     The digest of the tasks covers the data, the plans and the reasons for excluding activities. The
-    data leave some rules open. This package decides them, and the digest also covers the name of its
+    data leave some rules open. This package decides them, and the digest also covers the name of these
     decisions (`READING`).
 
     Args:

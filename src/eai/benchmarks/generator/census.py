@@ -313,8 +313,8 @@ def _find_usual_goals_by_title(
 def _compute_weights_for_drawing_formula_types(counts_by_formula_type: Counter[str]) -> Mapping[str, int]:
     """Return the weight of each shape of goals (formula class) for drawing goals at random.
 
-    The caller uses these weights only if the data set has no quantified goals. Then `_WEIGHTS_OF_SHAPES`
-    gives new goals quantifiers. The share of goals that ask for actions stays as in the data set.
+    The caller uses these weights only if the data set has no quantified goals. `_WEIGHTS_OF_SHAPES` gives
+    quantifiers to new goals. The share of goals that ask for actions stays as in the data set.
     """
     states, shares = (
         counts_by_formula_type.total() - counts_by_formula_type["Occurs"],

@@ -143,11 +143,11 @@ class _SceneLimits(NamedTuple):
     """Limits of the numbers of objects in a scene, which has objects of a task `base` and of other tasks.
 
     Attributes:
-        least_of_base: minimum number of objects of `base`.
-        most_of_base: maximum number of objects of `base`.
-        most_objects: maximum number of objects.
-        counts: category -> maximum number of its objects. An object of a model (category of 3D models) that
-            the scene lacks is added only below this maximum, or as the first object of its category.
+        least_of_base: minimum number of objects from `base`.
+        most_of_base: maximum number of objects from `base`.
+        most_objects: maximum number of all objects.
+        counts: category -> maximum number of its objects. It limits the objects that bring a new 3D model
+            into the scene. Even so, a category may always get its first object.
     """
 
     least_of_base: int

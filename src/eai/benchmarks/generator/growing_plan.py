@@ -391,7 +391,7 @@ class TemporalGoalGenerator:
 
     @cached_property
     def _steps_reaching_goals(self) -> list[int]:
-        """Numbers of the solving plan's steps after which one of the goals stays true."""
+        """Numbers of steps of the solving plan after which a further goal holds until the end, ascending."""
         states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals

@@ -82,7 +82,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     Returns:
         the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
         variance of a model's ability between groups of tasks, in squared logits; a phrase that names these
-        models. A group has all tasks with one name, which near copies share.
+        models. Tasks with the same name are a group: near copies.
 
     Raises:
         InputError: the folder has too few runs of the suite.

@@ -86,7 +86,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
     games = {path: _read_game_file(path) for path in sorted(folder.rglob(FILE))}
     games = {path: game for path, game in games.items() if game.get("solvable") is not False}
     if not games:
-        raise InputError(f"{folder}: expected games in files {FILE}")
+        raise InputError(f"{folder}: expected a folder with games, each in a file {FILE}")
     first = next(iter(games))
     for path, game in games.items():
         if game["pddl_domain"] != games[first]["pddl_domain"]:

@@ -641,10 +641,10 @@ def derive_goals_from_demonstrations(
     domain: Domain,
     decisions_by_title: Mapping[str, UserGoalDecisionsForTaskTitle],
 ) -> Iterator[Annotation]:
-    """Yield each demonstration's changes, the index of the first candidate that it meets, and its goals.
+    """Yield the changes and goals of each demonstration, and the index of the first candidate that it meets.
 
-    A demonstration is a recorded plan. A candidate is a possible meaning of its task title, from the
-    decisions about this title. Demonstrations of one title come together.
+    A demonstration is a recorded plan. A candidate is a possible meaning of its task title, as the user
+    decided. Demonstrations of one title come together.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.

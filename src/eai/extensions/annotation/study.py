@@ -171,7 +171,7 @@ _FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_
 
 
 def _analyze_ratings_file(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    """Analyze one CSV file of people's ratings of annotations, instead of records."""
+    """Analyze one CSV file of people's ratings of annotations. No records are needed."""
     if len(records.paths) > 1:
         raise InputError(f"expected one CSV file of ratings, found {len(records.paths)} paths")
     ratings = read_ratings(records.paths[0])

@@ -128,7 +128,7 @@ def _make_episode(
     expected = {EpisodeOutcome.WON: "success", EpisodeOutcome.NOT_GRADED: "error"}.get(outcome, "failed")
     if trial.state != expected:
         raise InputError(
-            f"{place}: state {trial.state} contradicts the reward: expected the state {expected}"
+            f"{place}: the state {trial.state} does not fit the reward; expected the state {expected}"
         )
     ending = _ENDINGS.get(trial.exception, EpisodeEndReason.CANNOT_TELL)
     if trial.exception is None and trial.reward is None:

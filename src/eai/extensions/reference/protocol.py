@@ -73,7 +73,7 @@ def open_scored_virtualhome_tasks(
 
             return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
         case _:
-            raise _make_unsupported_suite_error(f"{benchmark.name} {ability.value}")
+            raise _make_unsupported_suite_error(benchmark.name, ability.value)
 
 
 def choose_task_opener_by_object_ids_in_answers(
@@ -117,7 +117,7 @@ def open_scored_behavior_tasks(benchmark: Benchmark, ability: Ability, source: S
 
             return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
-            raise _make_unsupported_suite_error(f"{benchmark.name} {ability.value}")
+            raise _make_unsupported_suite_error(benchmark.name, ability.value)
 
 
 def _open_scored_transition_modeling_tasks(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
@@ -156,8 +156,8 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
-def _make_unsupported_suite_error(suite: str) -> InputError:
-    return InputError(f"{suite} is not scored under {NAME}; choose another protocol or ability")
+def _make_unsupported_suite_error(*suite: str) -> InputError:
+    return InputError(f"{' '.join(suite)} is not scored under {NAME}; choose another protocol or ability")
 
 
 TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"

@@ -50,7 +50,7 @@ _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Names of columns that are written to files but not shown on the screen."""
 
 _GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Groups of tasks by the agreement of the goals in their questions with the tasks' goals, best first."""
+"""Groups of tasks, best first, by whether the goals stated in the question are the goals of the task."""
 
 _GOALS = "goals"
 """Label of a pipeline whose questions contain goals from a model's answers, but not subgoals."""

@@ -1,7 +1,7 @@
 """Write the report as one Markdown page: tables, certainty of main results, and agreement with the paper.
 
-Certainty is shown by confidence intervals whose unit is all tasks of one name, or a single task. Agreement is
-shown by differences between our rates and the rates in the paper for the paper's models, cell by cell.
+Certainty is shown by confidence intervals. They count all tasks with the same name as one unit, or each task
+as one unit. Agreement is shown, cell by cell, by the difference between our rate and the paper's rate.
 """
 
 from __future__ import annotations

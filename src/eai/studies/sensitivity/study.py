@@ -106,8 +106,8 @@ def replace_gold_operators_one_by_one(
     """Yield a trial for each operator that a task asks for: planning with the answer's operator.
 
     All other operators are gold operators. ``replaced`` is the part of the gold operator that the answer
-    replaces. An answer that all rates leave out has no trials. A missing answer has no operators, so all of
-    its trials fail.
+    replaces. An answer that counts in no rate has no trials. A missing answer has no operators, so all of its
+    trials fail.
     """
     errors = _map_operators_to_errors_in_replaced_part(record, replaced)
     results = scorer.plan_with_each_operator_of_answer(record.response, replaced)
