@@ -157,7 +157,10 @@ def test_runs_with_two_harnesses_count_as_two_agents(tmp_path: Path) -> None:
         ("react", "high"),
         ("text", "high"),
     ]
-    assert [line.agent for line in made.answers[1:3]] == ["m, react, high", "m, text, high"]
+    assert [line.model_harness_and_effort for line in made.answers[1:3]] == [
+        "m, react, high",
+        "m, text, high",
+    ]
 
 
 def test_a_line_shows_one_of_several_different_episodes(tmp_path: Path) -> None:

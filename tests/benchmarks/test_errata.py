@@ -445,7 +445,7 @@ def test_corrections_refer_to_step_numbers_of_the_published_plan(edits: str, scr
 
 def test_a_correction_of_different_data_is_an_error() -> None:
     tasks = benchmark_with('plan = [{ step = 0, was = ["PRESS lamp"], now = [] }]').tasks(Source())
-    with pytest.raises(DataError, match="dark: step 0 of the plan differs"):
+    with pytest.raises(DataError, match="dark: the data is of another version, because step 0 of"):
         tasks["light"]
 
 

@@ -44,7 +44,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from benchmarks.synthetic import PackageArchive, packs_from
 from eai.benchmarks.packs import fetch_packs
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
 packs = packs_from(PackageArchive(name, version, filename, sha256, int(size)))
@@ -52,7 +52,7 @@ print("starting", flush=True)
 def report(stage, *rest):
     print(stage, flush=True)
 
-made = fetch_packs(Store(Path(sys.argv[2])), packs=packs, archives_path=place, report=report)
+made = fetch_packs(DataPackStore(Path(sys.argv[2])), packs=packs, archives_path=place, report=report)
 print("made", len(made), flush=True)
 """
 
@@ -60,14 +60,14 @@ HANG = """
 import sys, time
 from pathlib import Path
 from eai.benchmarks.packs import DataPack, fetch_packs
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 def convert(report):
     print("converting", flush=True)
     time.sleep(600)
 
 packs = [DataPack("virtualhome", (), convert)]
-fetch_packs(Store(Path(sys.argv[1])), packs=packs, archives_path=Path(), force=True)
+fetch_packs(DataPackStore(Path(sys.argv[1])), packs=packs, archives_path=Path(), force=True)
 """
 
 

@@ -15,7 +15,7 @@ from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, ModelEndpoint, StageThatObtainsGoalsOrScenes, VariationOptions
+from eai.studies.variation import AskModel, StageThatObtainsGoalsOrScenes, VariationOptions
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask
 
@@ -42,9 +42,7 @@ class Limit(VariationOptions):
     ) -> StageThatObtainsGoalsOrScenes:
         return StageThatObtainsGoalsOrScenes(library, wanted, ask, self._limited)
 
-    def _limited(
-        self, _: StageThatObtainsGoalsOrScenes, __: ModelEndpoint, suite: Suite
-    ) -> GoalsAndScenesStatedInPrompts:
+    def _limited(self, _: object, __: object, suite: Suite) -> GoalsAndScenesStatedInPrompts:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
         return GoalsAndScenesStatedInPrompts(beliefs, Experiment(), "there is no such task")

@@ -28,9 +28,9 @@ LOAD = """
 import sys, time
 from pathlib import Path
 from eai.benchmarks.virtualhome.records import open_records
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.tasks.source import Source
-tasks = open_records(Source(Store(Path(sys.argv[1]))))
+tasks = open_records(Source(DataPackStore(Path(sys.argv[1]))))
 seconds = time.process_time()
 assert len([task.script for task in tasks.values()]) == 342
 status = Path("/proc/self/status")

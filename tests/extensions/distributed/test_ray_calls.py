@@ -50,7 +50,7 @@ class Cluster(ModuleType):
 
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
-        vars(holder)["start"] = _Remote(lambda folder: Promise(None))
+        vars(holder)["enter_folder_of_calling_process"] = _Remote(lambda folder: Promise(None))
         vars(holder)["apply_pickled_function_to_batch"] = _Remote(
             lambda content: self._promise(actor, content)
         )
