@@ -58,7 +58,7 @@ def test_analyses_have_the_same_bytes_each_time(eai: Command, tmp_path: Path, na
 def test_operators_are_tried_and_written_with_the_same_bytes(
     eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
-    """Gold operators, but that the second model has none: what is asked for and not written breaks plans."""
+    """The first model writes the gold operators. The second writes no operator, so all of its plans fail."""
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.NONE)
     suite, book = (
@@ -167,7 +167,7 @@ def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
 def test_a_pipeline_is_set_against_the_ability_alone(
     eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
-    """With right goals and with none; a perfect second stage reaches what it is told, and no more."""
+    """One task has right goals, the other has none. A perfect second stage reaches the stated goals alone."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
     books, toys = (
         next(task for task in suite.task_ids if task.startswith(name))

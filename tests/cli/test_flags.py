@@ -53,7 +53,7 @@ def test_a_setting_that_is_none_is_refused(setting: str, message: str, eai: Comm
 
 
 def test_a_run_is_repeated_from_its_file(data_store: DataPackStore, tmp_path: Path) -> None:
-    """Nothing is asked again, flags replace what the file says, and another run has a file of its own."""
+    """No question is asked again. Flags replace values of the file, and another run gets another file."""
     named = (
         "--model",
         "eai/noisy",

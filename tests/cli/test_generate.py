@@ -25,13 +25,13 @@ FEW = 50
 
 @pytest.fixture(scope="module")
 def priors() -> dict[str, UsualGoalsOfDataSet]:
-    """Return a store of what is usual, by the name of the benchmark in which tasks were generated."""
+    """Return a cache of the usual goals by name of the benchmark."""
     return {}
 
 
 @pytest.fixture(autouse=True)
 def counted_once(priors: dict[str, UsualGoalsOfDataSet], monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is usual in a benchmark is counted once for all commands."""
+    """Learn the usual goals of each benchmark only once for all commands."""
 
     def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> UsualGoalsOfDataSet:
         if benchmark.name not in priors:

@@ -19,7 +19,7 @@ SUITE = ("--domain", "behavior", "--ability", "action_sequencing", "--no-explana
 
 @pytest.fixture(autouse=True)
 def folder(data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder to work in, with the answers of two models, one of which has not answered everything."""
+    """Return the working folder, with the answers of two models. One model did not answer all tasks."""
     monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
     monkeypatch.chdir(tmp_path)
     book = answer_book("behavior", Ability.ACTION_SEQUENCING)

@@ -334,7 +334,7 @@ def records_in(folder: Path) -> list[dict[str, Any]]:
 
 @sweep
 def test_a_pipeline_is_two_jobs_in_a_row(data_store: DataPackStore, tmp_path: Path) -> None:
-    """Who answers right whatever is asked answers as well with interpreted goals, row by row."""
+    """A model that always answers right gets equal verdicts with interpreted goals and with true goals."""
     oracle = ("run", "--model", "eai/oracle", "--domain", "behavior", "--limit", 3, "--out", tmp_path)
     abilities = ("--ability", "action_sequencing", "--ability", "subgoal_decomposition")
     assert eai(*oracle, *abilities).status == 0
@@ -367,7 +367,7 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: DataPackStore, tmp_path: Pa
 
 
 def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: DataPackStore, tmp_path: Path) -> None:
-    """One task has right goals, one none that can be read, one no answer: it is not asked, and failed."""
+    """One task has right goals, one has unreadable goals. A task without goals is not asked, and fails."""
     gold = answer_book("virtualhome", Ability.GOAL_INTERPRETATION, data_store)
     right, unreadable, missing = list(official_prompts(*SUITE, data_store))[:3]
     rows = [

@@ -308,8 +308,8 @@ class CostEstimates:
         # Lowest depth of an open condition whose cost the innermost computation needed; _MAX_DEPTH for none.
         self._cut_depth = _MAX_DEPTH
         # Conditions for which no cost was found, perhaps only because an open condition had no cost yet.
-        # Condition without a cost -> the open condition whose missing cost may be the reason.
         self._uncertain: list[_ConditionKey] = []
+        # Condition without a cost -> the open condition whose missing cost may be the reason.
         self._causes: dict[_ConditionKey, _ConditionKey] = {}
 
     def estimate(self, subgoal: Subgoal, max_cost: float = INFINITE) -> float:
@@ -461,7 +461,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _would_find_no_cost_below_limit(self, key: _ConditionKey, limit: float) -> bool:
-        """Whether it is useless to compute the cost of a condition, up to ``limit``.
+        """Whether computing the cost of a condition would find no cost below ``limit``.
 
         There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
         computed already, or the costs of `_MAX_DEPTH` conditions are being computed.
@@ -475,7 +475,7 @@ class CostEstimates:
         return True
 
     def _begin_cost_computation_and_save_values(self, key: _ConditionKey) -> tuple[int, int]:
-        """Mark the cost of a condition as being computed. Return values to restore at its end."""
+        """Mark the cost of a condition as being computed. Return values for the end of this computation."""
         self._causes.pop(key, None)
         self._open[key] = len(self._open)
         before = self._cut_depth, len(self._uncertain)

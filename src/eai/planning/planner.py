@@ -204,8 +204,8 @@ def _search_plan(
     return SearchResult(SearchEndReason.SOLVED, last_node.list_actions(), effort.used)
 
 
-class _UndoingActions(NamedTuple):
-    """Whether actions for a condition's own objects, and actions for foreign objects, undo a goal."""
+class _IsGoalUndone(NamedTuple):
+    """Whether a goal is undone by actions for own objects, and by actions for foreign objects."""
 
     for_own_objects: bool
     for_foreign_objects: bool
@@ -304,27 +304,27 @@ class _ReasonableOrder:
         It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
         ``earlier`` is too costly for a direct search. The learned order holds for all similar goals
         (`_get_pair_key`). So it also stays unknown if ``earlier`` seems reachable, but an action undoes
-        ``later`` for foreign objects (`_find_undoing_actions`).
+        ``later`` for foreign objects (`_check_if_goal_is_undone`).
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = self._find_undoing_actions(goal, own, self._goals[later], estimates)
+        undone = self._check_if_goal_is_undone(goal, own, self._goals[later], estimates)
         must_precede = False
-        if undoing.for_own_objects:
+        if undone.for_own_objects:
             kept = self._search.make_estimates(node, (self._goals[later],), forbid_undoing_protected=True)
             must_precede = kept.estimate(goal, _MAX_KEPT_COST) == INFINITE
-        if must_precede or not undoing.for_foreign_objects:
+        if must_precede or not undone.for_foreign_objects:
             self._must_precede[self._get_pair_key(earlier, later)] = must_precede
 
-    def _find_undoing_actions(
+    def _check_if_goal_is_undone(
         self,
         condition: Subgoal,
         condition_objects: tuple[int, ...],
         kept_goal: Subgoal,
         estimates: CostEstimates,
-    ) -> _UndoingActions:
+    ) -> _IsGoalUndone:
         """Return whether actions on the cheapest estimated path to ``condition`` undo ``kept_goal``.
 
         An action serves the literal that it establishes, and the literals on the path from there to
@@ -355,7 +355,7 @@ class _ReasonableOrder:
                     if heuristic.readings.holds(*kept_goal[:2], after) != kept_goal.truth:
                         undoing.add(is_own)
                 waiting += [(prerequisite, is_own) for prerequisite in prerequisites]
-        return _UndoingActions(True in undoing, False in undoing)
+        return _IsGoalUndone(True in undoing, False in undoing)
 
 
 class _GoalAgenda:

@@ -57,7 +57,7 @@ def states_by_step(scorer: SubgoalDecompositionScorer, explanation: VerdictExpla
 def is_met(
     part: Formula, report: GoalPartReport, explanation: VerdictExplanation, states: Mapping[int, State]
 ) -> bool:
-    """Whether a part is met at its reported step: by the state, or by an action of that name."""
+    """Whether the reported step meets a part of the goal, by its state or by its action."""
     actions = [formula.action for formula in walk_subformulas(part) if isinstance(formula, Occurs)]
     if not actions:
         number = report.met_after

@@ -172,7 +172,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
 
 
 def test_hardly_an_operator_has_one_answer_alone(data_store: DataPackStore) -> None:
-    """No plan needs a step that touches or looks at an object, so these steps are not asked about."""
+    """Questions leave out steps that touch or look at an object, because no plan needs them."""
     asked: dict[str, list[str]] = {}
     writer = QuestionGenerator(find_benchmark("virtualhome"), Source(data_store))
     for question in writer.write_questions(

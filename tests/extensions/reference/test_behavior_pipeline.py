@@ -143,7 +143,7 @@ def test_cells_of_the_paper(runs: dict[str, _RunsWithTrueAndInterpretedGoals]) -
 def test_where_the_loss_comes_from(
     verdicts: str, solved: tuple[int, int, int], runs: dict[str, _RunsWithTrueAndInterpretedGoals]
 ) -> None:
-    """With right goals nothing is lost; what is lost is lost to missing goals."""
+    """Pipelines lose no task with right goals, and most tasks with missing goals."""
     found = [
         runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in PIPELINE_MODELS
     ]

@@ -156,8 +156,8 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
-def _make_unsupported_suite_error(*suite: str) -> InputError:
-    return InputError(f"{' '.join(suite)} is not scored under {NAME}; choose another protocol or ability")
+def _make_unsupported_suite_error(*names: str) -> InputError:
+    return InputError(f"{' '.join(names)} is not scored under {NAME}; choose another protocol or ability")
 
 
 TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"

@@ -304,7 +304,7 @@ def _list_contact_coordinates(
 def _is_box_free_of_overlaps(
     box_middle: Sequence[float], half_size: Array, low_corners: Array, high_corners: Array
 ) -> bool:
-    """Whether a box overlaps no other box, given their low and high corners."""
+    """Whether a box overlaps no other box. The other boxes are given by their low and high corners."""
     middle = np.array(box_middle)
     overlaps = (low_corners < middle + half_size + 0.001) & (high_corners > middle - half_size - 0.001)
     return not overlaps.all(1).any()
