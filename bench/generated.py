@@ -134,10 +134,8 @@ def measure_opening(file: Path, domain: Domain) -> dict[str, object]:
 def find_set_faults(file: Path, like: str) -> dict[str, object]:
     """Return the faults of a set's tasks, read from its file."""
     benchmark = find_benchmark(like)
-    domain, prior = (
-        benchmark.domain,
-        learn_usual_goals_from_tasks(benchmark, benchmark.tasks(Source()).values()),
-    )
+    domain = benchmark.domain
+    prior = learn_usual_goals_from_tasks(benchmark, benchmark.tasks(Source()).values())
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
         prints[fingerprint_task(task)] += 1

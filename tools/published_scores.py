@@ -315,10 +315,8 @@ def list_differences(table: PaperTable, domain: str) -> Iterator[float]:
     for column in [each for each in table.columns if each.domain == domain]:
         suite = suites[f"{domain}/{column.ability}"]
         for model in table.rows:
-            printed, ours = (
-                table.find_printed_number(model, column),
-                suite.find_rates(model)[column.metric].percent,
-            )
+            printed = table.find_printed_number(model, column)
+            ours = suite.find_rates(model)[column.metric].percent
             if printed is not None and ours is not None:
                 yield abs(ours - printed)
 

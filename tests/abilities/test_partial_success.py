@@ -163,10 +163,8 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
             listed *= count_dnf_terms(formula, given.scene.names_of_category)
         if number % every or given.unplannable_reason is not None or listed > 1_000:
             continue
-        test, ways = (
-            GoalTest(given),
-            [list(generate_dnf_terms(each, given.scene.names_of_category)) for each in formulas],
-        )
+        test = GoalTest(given)
+        ways = [list(generate_dnf_terms(each, given.scene.names_of_category)) for each in formulas]
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))
             share = test.find_partial_success(state, (), test.evaluate_each_goal(state, ()))

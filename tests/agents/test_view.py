@@ -82,10 +82,8 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
-    game, rng = (
-        Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None}))),
-        random.Random(1),
-    )
+    game = Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None})))
+    rng = random.Random(1)
     believed = {*expand_shortened_lists(game.write_first_observation()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.find_possible_actions() if each.operator == "WALK"]

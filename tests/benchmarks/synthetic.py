@@ -67,13 +67,11 @@ def bundle(files: Mapping[str, bytes]) -> ArchiveFiles:
     return ArchiveFiles(tuple(files), files.__getitem__)
 
 
-ROOM, LAMP, CHARACTER, SOFA, CUP = (
-    node(1, "bathroom", ["CLEAN"]),
-    node(7, "lamp", ["OFF", "CLEAN", "OFF"], ["HAS_SWITCH", "CAN_OPEN"]),
-    node(65, "character"),
-    node(90, "sofa", ["CLEAN"], ["SITTABLE"]),
-    node(1000, "cup", ["DIRTY"], ["GRABBABLE"]),
-)
+ROOM = node(1, "bathroom", ["CLEAN"])
+LAMP = node(7, "lamp", ["OFF", "CLEAN", "OFF"], ["HAS_SWITCH", "CAN_OPEN"])
+CHARACTER = node(65, "character")
+SOFA = node(90, "sofa", ["CLEAN"], ["SITTABLE"])
+CUP = node(1000, "cup", ["DIRTY"], ["GRABBABLE"])
 LAMP_ON = node(7, "lamp", ["CLEAN", "ON"], ["CAN_OPEN", "HAS_SWITCH"])
 PLACES: list[Triple] = [(65, "INSIDE", 1), (7, "INSIDE", 1), (90, "INSIDE", 1)]
 NEAR: list[Triple] = [(65, "CLOSE", 90), (65, "CLOSE", 7), (65, "CLOSE", 7)]

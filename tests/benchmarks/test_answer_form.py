@@ -71,9 +71,9 @@ def list_words(schema: object) -> list[str]:
     """Return all words that a schema offers."""
     if isinstance(schema, Mapping):
         return [*schema.get("enum", ()), *[word for value in schema.values() for word in list_words(value)]]
-    return (
-        [word for value in schema for word in list_words(value)] if isinstance(schema, list | tuple) else []
-    )
+    if isinstance(schema, list | tuple):
+        return [word for value in schema for word in list_words(value)]
+    return []
 
 
 def write_in_form(name: str, ability: Ability, parts: tuple[str, ...], text: str) -> str:

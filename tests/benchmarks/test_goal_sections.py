@@ -66,10 +66,8 @@ def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
     prompts = official_prompts("virtualhome", Ability.SUBGOAL_DECOMPOSITION, data_store)
     reordered = 0
     for task_id, prompt in prompts.items():
-        published, ours = (
-            find_section(section, prompt.user),
-            section.write(BelievedTask(virtualhome_tasks[task_id], "")),
-        )
+        published = find_section(section, prompt.user)
+        ours = section.write(BelievedTask(virtualhome_tasks[task_id], ""))
         reordered += published != ours
         assert sorted(published.splitlines()) == sorted(ours.splitlines())
     assert (len(prompts), reordered) == (338, 21)

@@ -123,10 +123,8 @@ def with_ids() -> Mapping[PromptSet, bool]:
 def test_prompts_decide_whether_answers_are_read_with_ids(
     prompts: PromptSet, protocol: Protocol, with_ids: Mapping[PromptSet, bool], data_store: DataPackStore
 ) -> None:
-    suite, library = (
-        open_plan_suite("virtualhome", data_store, protocol),
-        PromptLibrary(prompts, None, Source(data_store)),
-    )
+    suite = open_plan_suite("virtualhome", data_store, protocol)
+    library = PromptLibrary(prompts, None, Source(data_store))
     questions = library.open(suite.benchmark, ACTIONS)
     trials = make_replanning_conversation_factory(
         suite, EXPLAINED, library.make_question_writer(suite.benchmark, ACTIONS, questions), questions

@@ -16,11 +16,9 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward
 from eai.tasks.source import Source
 
-PLANS, GOALS, OPERATORS = (
-    Ability.ACTION_SEQUENCING,
-    Ability.GOAL_INTERPRETATION,
-    Ability.TRANSITION_MODELING,
-)
+PLANS = Ability.ACTION_SEQUENCING
+GOALS = Ability.GOAL_INTERPRETATION
+OPERATORS = Ability.TRANSITION_MODELING
 BOTTLING = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 WASHING = "27_2"
 PLAN = (

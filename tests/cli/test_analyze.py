@@ -61,10 +61,8 @@ def test_operators_are_tried_and_written_with_the_same_bytes(
     """The first model writes the gold operators. The second writes no operator, so all of its plans fail."""
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.NONE)
-    suite, book = (
-        open_suite("virtualhome", ability, source=source),
-        answer_book("virtualhome", ability, data_store),
-    )
+    suite = open_suite("virtualhome", ability, source=source)
+    book = answer_book("virtualhome", ability, data_store)
     task = suite.task_ids[0]
     runs = [
         [record(task, suite.scorer(task).score(text), ability=ability, model=model, response=text)]

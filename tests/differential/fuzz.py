@@ -146,9 +146,9 @@ def quantified_pddl(dice: Dice, text: str) -> str:
     for level in range(1 + dice.below(5)):
         variables = " ".join(f"?{letter}{level}" for letter in "abcdefgh"[: 1 + dice.below(8)])
         heads.append(f"({dice.one(('forall', 'exists'))} ({variables} - object) ")
-    return (
-        text if start < 0 else text[:start] + "".join(heads) + text[start:end] + ")" * len(heads) + text[end:]
-    )
+    if start < 0:
+        return text
+    return text[:start] + "".join(heads) + text[start:end] + ")" * len(heads) + text[end:]
 
 
 def answers(suite: str, task_ids: Sequence[str], numbers: Iterable[int], seed: int) -> list[Row]:

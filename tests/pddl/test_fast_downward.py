@@ -196,10 +196,8 @@ def full_task(task: TransitionTask) -> PlanningTask:
 def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
     data_store: DataPackStore, planner: FastDownward
 ) -> None:
-    virtualhome, behavior = (
-        list(open_virtualhome_transition_tasks(Source(data_store)).values()),
-        list(open_behavior_transition_tasks(Source(data_store)).values()),
-    )
+    virtualhome = list(open_virtualhome_transition_tasks(Source(data_store)).values())
+    behavior = list(open_behavior_transition_tasks(Source(data_store)).values())
     for task in (*virtualhome[::40], *behavior[::25]):
         made = full_task(task)
         reports = [each.solve(made).outcome for each in (BuiltInPlanner(), planner)]

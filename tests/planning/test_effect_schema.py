@@ -11,12 +11,10 @@ from eai.world.operator import Operator, missing_step
 from eai.world.vocabulary import Predicate
 
 X, H, Y = Variable("x"), Variable("h"), Variable("y")
-held, inside, larger, open_ = (
-    Predicate("held", 1),
-    Predicate("inside", 2),
-    Predicate("larger", 2),
-    Predicate("open", 1),
-)
+held = Predicate("held", 1)
+inside = Predicate("inside", 2)
+larger = Predicate("larger", 2)
+open_ = Predicate("open", 1)
 EMPTY = ~Exists(H, held(H))
 PLACE = Operator(
     "PLACE",

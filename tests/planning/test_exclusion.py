@@ -111,10 +111,8 @@ def reachable(domain: Domain) -> set[State]:
 
 
 def test_no_reachable_state_meets_excluded_literals() -> None:
-    exclusion, states = (
-        MutualExclusionRules(toy.DOMAIN).make_mutual_exclusion_prover(INITIAL),
-        reachable(toy.DOMAIN),
-    )
+    exclusion = MutualExclusionRules(toy.DOMAIN).make_mutual_exclusion_prover(INITIAL)
+    states = reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
     excluded = [pair for pair in combinations(literals, 2) if exclusion.are_exclusive(pair)]

@@ -52,11 +52,9 @@ def test_every_kind_of_error_is_an_outcome(kind: FaultKind) -> None:
 
 
 def test_verdicts_of_each_ability_have_their_outcomes() -> None:
-    actions, goals, operators = (
-        Ability.ACTION_SEQUENCING,
-        Ability.GOAL_INTERPRETATION,
-        Ability.TRANSITION_MODELING,
-    )
+    actions = Ability.ACTION_SEQUENCING
+    goals = Ability.GOAL_INTERPRETATION
+    operators = Ability.TRANSITION_MODELING
     some, all_, none = (
         GoalVerdict(counts={"state": ConfusionCounts(*c)}) for c in ((1, 1, 0), (2, 0, 0), (0, 1, 1))
     )

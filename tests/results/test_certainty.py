@@ -111,10 +111,8 @@ def test_the_mean_over_names_gives_each_name_equal_weight() -> None:
 
 def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:
     cases = copies((10, 10), (0, 10), (10, 10), (5, 10), (0, 10), (10, 10))
-    whole, halves = (
-        compute_rate_intervals(cases),
-        compute_intervals_of_weighted_mean([(0.5, cases), (0.5, cases)]),
-    )
+    whole = compute_rate_intervals(cases)
+    halves = compute_intervals_of_weighted_mean([(0.5, cases), (0.5, cases)])
     assert whole is not None
     assert halves is not None
     assert halves.interval == pytest.approx(whole.interval)  # the same twice is no surer than once

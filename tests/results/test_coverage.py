@@ -79,11 +79,9 @@ def test_records_without_a_suite_size_are_never_ranked() -> None:
 
 
 def test_combined_coverage_is_ranked_only_if_each_suite_is() -> None:
-    complete, part, unknown = (
-        TaskCoverageByAnswers(3, 3, tasks=3),
-        TaskCoverageByAnswers(1, 1, tasks=4),
-        TaskCoverageByAnswers(5, 5),
-    )
+    complete = TaskCoverageByAnswers(3, 3, tasks=3)
+    part = TaskCoverageByAnswers(1, 1, tasks=4)
+    unknown = TaskCoverageByAnswers(5, 5)
     assert combine_coverage([complete, complete]) == TaskCoverageByAnswers(6, 6, tasks=6)
     assert combine_coverage([complete, part]) == TaskCoverageByAnswers(4, 4, tasks=7)
     assert not TaskCoverageByAnswers(4, 4, tasks=7).is_complete_enough_for_ranking

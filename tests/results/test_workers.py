@@ -101,10 +101,8 @@ def test_a_worker_killed_while_sending_blocks_no_other(place: int) -> None:
 
 def test_streams_may_be_interleaved_and_abandoned(tmp_path: Path) -> None:
     with WorkerPool(2) as pool:
-        first, second = (
-            pool.map_batches(squares, range(500)),
-            pool.map_batches(Dying(3, tmp_path / "died"), range(90)),
-        )
+        first = pool.map_batches(squares, range(500))
+        second = pool.map_batches(Dying(3, tmp_path / "died"), range(90))
         left = pool.map_batches(cubes, range(10_000))
         next(left)
         left.close()

@@ -109,10 +109,8 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             possible = [*generate_applicable_actions_of_operator(domain, operator, past.state, task.relevant)]
             action = rng.choice(possible or [action])
         names = tuple(task.scene.objects[i].name for i in action.arguments)
-        outcome, after = (
-            attempt_action(domain, past, action),
-            executor.execute_step(state, PlanStep(operator.name, names)),
-        )
+        outcome = attempt_action(domain, past, action)
+        after = executor.execute_step(state, PlanStep(operator.name, names))
         assert isinstance(outcome, Fault) is isinstance(after, str), action
         if isinstance(outcome, Fault):
             assert describe_fault(outcome, domain, action, task.scene)

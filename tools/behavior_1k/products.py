@@ -142,10 +142,8 @@ class Products(Ways):
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
         """Yield the methods to follow a recipe."""
         if self._has_fact(p.by_heat, recipe):
-            vessels, sources = (
-                self._find_targets_of(p.made_in, recipe),
-                self._find_targets_of(p.heated_by, recipe),
-            )
+            vessels = self._find_targets_of(p.made_in, recipe)
+            sources = self._find_targets_of(p.heated_by, recipe)
             pairs = [(vessel, source) for vessel in vessels for source in sources]
             yield from (lambda v=v, s=s: self._bake(recipe, v, s) for v, s in pairs)
         elif self._has_fact(p.by_stirring, recipe):
@@ -155,10 +153,8 @@ class Products(Ways):
 
     def _prepare(self, recipe: str, vessel: str) -> None:
         """Put all ingredients of a recipe into its container, and remove things that prevent the recipe."""
-        things, toppings = (
-            self._find_targets_of(p.ingredient, recipe),
-            self._find_targets_of(p.topping, recipe),
-        )
+        things = self._find_targets_of(p.ingredient, recipe)
+        toppings = self._find_targets_of(p.topping, recipe)
         for each in (*things, *toppings):
             if not self._has_fact(p.substance, each):
                 self._produce(each)

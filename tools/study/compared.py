@@ -297,10 +297,8 @@ def _leads(first: list[Record], second: list[Record], left: str, right: str, sig
 
 
 def _is_apart(first: list[Record], second: list[Record], left: str, right: str, sign: str) -> bool:
-    one, other = (
-        Estimate.from_task_rate_contributions(_cases(first, left)),
-        Estimate.from_task_rate_contributions(_cases(second, right)),
-    )
+    one = Estimate.from_task_rate_contributions(_cases(first, left))
+    other = Estimate.from_task_rate_contributions(_cases(second, right))
     upper, lower = (one, other) if sign == ">" else (other, one)
     if None in (upper.value, upper.low, lower.value, lower.high):
         return False

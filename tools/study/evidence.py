@@ -152,11 +152,9 @@ class Evidence:
 
 def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacementTrial]:
     scorer = suite.scorer(record.task_id)
-    return (
-        replace_gold_operators_one_by_one(scorer, record)
-        if isinstance(scorer, TransitionModelingScorer)
-        else iter(())
-    )
+    if isinstance(scorer, TransitionModelingScorer):
+        return replace_gold_operators_one_by_one(scorer, record)
+    return iter(())
 
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:

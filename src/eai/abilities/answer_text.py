@@ -732,9 +732,9 @@ def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _Invali
 
 def _describe_json_error(error: json.JSONDecodeError) -> str:
     message = error.msg.removeprefix("Expecting ").removeprefix("Illegal ")
-    return (
-        f"expected {message}" if error.msg.startswith("Expecting") else error.msg[:1].lower() + error.msg[1:]
-    )
+    if error.msg.startswith("Expecting"):
+        return f"expected {message}"
+    return error.msg[:1].lower() + error.msg[1:]
 
 
 def _is_nested_shallowly(value: object) -> bool:

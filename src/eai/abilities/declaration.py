@@ -244,11 +244,9 @@ class AbilityDeclaration(Generic[V]):
         whose answers have one turn, the `Experiment` has no settings. Return None if the episode is empty or
         unreadable.
         """
-        return (
-            self.interaction.read_episode_settings(answer)
-            if isinstance(self.interaction, MultiTurnInteraction)
-            else Experiment()
-        )
+        if isinstance(self.interaction, MultiTurnInteraction):
+            return self.interaction.read_episode_settings(answer)
+        return Experiment()
 
     @property
     def answers_are_plans(self) -> bool:

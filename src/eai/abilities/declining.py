@@ -48,9 +48,9 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Ans
         case _:
             return None
     reason = read_refusal_reason(notation.replace_answer_words_by_domain_names(text), member)
-    return (
-        None if reason is None else _AnswerThatDeclinesTask(reason, is_right, (f"{said}: {reason}", evidence))
-    )
+    if reason is None:
+        return None
+    return _AnswerThatDeclinesTask(reason, is_right, (f"{said}: {reason}", evidence))
 
 
 def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str | None:

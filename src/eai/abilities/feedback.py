@@ -60,11 +60,9 @@ class MultiAttemptQuestionWriter:
 
     def get_scene_metadata_for_next_question(self, trial: MultiAttemptTrial) -> Mapping[str, str]:
         """Return metadata about the scene in the next question; empty if it describes no new scene."""
-        return (
-            self._get_believed_task_and_metadata(trial)[1]
-            if self.perceive is not None and _is_next_question_about_reached_state(trial)
-            else {}
-        )
+        if self.perceive is not None and _is_next_question_about_reached_state(trial):
+            return self._get_believed_task_and_metadata(trial)[1]
+        return {}
 
     def write_question(self, trial: MultiAttemptTrial) -> Prompt:
         """Return the question for the next answer to the task."""

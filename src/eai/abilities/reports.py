@@ -120,10 +120,8 @@ def _report_executed_action(
     fact_filter: _FactFilter, domain: Domain, action: Action, before: State, after: State
 ) -> StepReport:
     difference = compare_states(before, after)
-    added, removed = (
-        fact_filter.select_visible_facts(difference.added),
-        fact_filter.select_visible_facts(difference.removed),
-    )
+    added = fact_filter.select_visible_facts(difference.added)
+    removed = fact_filter.select_visible_facts(difference.removed)
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
     added_texts = fact_filter.write_visible_facts(added, {*action.arguments, *placed})
     removed_texts = fact_filter.write_visible_facts(removed, action.arguments)

@@ -182,11 +182,9 @@ def compute_plan_reward_inputs(
         faults: number of faults by kind.
     """
     gained = compute_goal_gain(goals_reached, goals_at_start)
-    return (
-        None
-        if gained is None
-        else RewardInputs(gained, gained == 1 and not ended_by_error, ended_by_error, faults)
-    )
+    if gained is None:
+        return None
+    return RewardInputs(gained, gained == 1 and not ended_by_error, ended_by_error, faults)
 
 
 def compute_reward_inputs_from_part_counts(

@@ -244,10 +244,8 @@ class _Explorer:
         searched while an object of an unmet goal is unknown, except objects that actions create.
         """
         game, task = self._game, self._game.task
-        usable_objects, effort = (
-            game.memory.known | self._find_objects_that_do_not_exist_yet(),
-            (limits, len(game.memory.known)),
-        )
+        usable_objects = game.memory.known | self._find_objects_that_do_not_exist_yet()
+        effort = (limits, len(game.memory.known))
         if (
             not self._game.task.find_objects_named_in_goals(self._find_unreached_goals()) <= usable_objects
             or effort in self._planned

@@ -205,10 +205,8 @@ class EpisodeServer:
         """Return an episode with its journal (file of commands). Begin the episode if it has not begun."""
         if key not in self._open:
             task_id, epoch = key
-            path, setup = (
-                find_journal_path(self._folder, key),
-                self._factory.make_setup(self._suite.tasks[task_id]),
-            )
+            path = find_journal_path(self._folder, key)
+            setup = self._factory.make_setup(self._suite.tasks[task_id])
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             game = RecordedGame(setup, self._factory.setting.slip_seed, epoch, harness=HARNESS)
             self._open[key] = game, EpisodeJournal(path, self._key, game)

@@ -166,21 +166,17 @@ class Game:
         if self.refused is not None:
             return float(self.won)
         earned = self._compute_reward_inputs_of_game(is_episode_ended=is_episode_ended)
-        if earned is not None and self._rules.reward is Shaping.REPAIR:
-            last = (
-                [None]
-                if self._lacks_required_done_command(is_episode_ended=is_episode_ended)
-                else [self._last]
-                if self._failed
-                else []
-            )
-            return (
-                self.setup.repairer.compute_closeness_to_success(
-                    (*self._list_actions_executed_or_skipped_as_needless(), *last)
-                )
-                or 0.0
-            )
-        return 0.0 if earned is None else compute_reward_from_inputs(earned, self._rules.reward)
+        if earned is None:
+            return 0.0
+        if self._rules.reward is not Shaping.REPAIR:
+            return compute_reward_from_inputs(earned, self._rules.reward)
+        plan: list[Action | None] = [*self._list_actions_executed_or_skipped_as_needless()]
+        # a failed action must be repaired, too; a missing `DONE` counts as a step that nobody can read (None)
+        if self._lacks_required_done_command(is_episode_ended=is_episode_ended):
+            plan.append(None)
+        elif self._failed:
+            plan.append(self._last)
+        return self.setup.repairer.compute_closeness_to_success(plan) or 0.0
 
     def _list_actions_executed_or_skipped_as_needless(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""

@@ -131,11 +131,11 @@ class Errata:
 
         Stored verdicts contain this value. Returns None if there is no table of errata.
         """
-        return (
-            ApplicableErrata(self.version, self._ids_of_errata_changing_verdicts.get((ability, task_id), ()))
-            if self.version
-            else None
-        )
+        if self.version:
+            return ApplicableErrata(
+                self.version, self._ids_of_errata_changing_verdicts.get((ability, task_id), ())
+            )
+        return None
 
     @cached_property
     def _ids_of_errata_changing_verdicts(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:

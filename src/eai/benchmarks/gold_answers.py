@@ -162,10 +162,8 @@ def make_answers_by_task(
     The function `make_answer_parts_of_task` makes the parts of an answer, such as steps, which are joined as
     the ability requires.
     """
-    tasks, join = (
-        benchmark.tasks_for(ability, source),
-        get_function_that_joins_answer_parts(benchmark, ability),
-    )
+    tasks = benchmark.tasks_for(ability, source)
+    join = get_function_that_joins_answer_parts(benchmark, ability)
     return TaskSet(
         tasks,
         lambda task_id: AnswerInParts(tuple(make_answer_parts_of_task(tasks[task_id])), join),
@@ -214,10 +212,8 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
             return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _make_correct_answers_from_plans(benchmark, ability, source, prefers_annotated_plans=True)
-    pose, world = (
-        get_declaration(ability).interaction.make_question,
-        benchmark.collect_domain_and_notation(source),
-    )
+    pose = get_declaration(ability).interaction.make_question
+    world = benchmark.collect_domain_and_notation(source)
     if pose is None:
         raise InputError(
             f"{benchmark.name} {ability.value}: gold answers are unknown; choose another ability"

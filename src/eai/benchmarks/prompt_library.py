@@ -193,10 +193,8 @@ class PromptLibrary:
 
         Each question is made on first use, because it may need pictures.
         """
-        world, tasks = (
-            benchmark.collect_domain_and_notation(self.source),
-            benchmark.tasks_for(ability, self.source),
-        )
+        world = benchmark.collect_domain_and_notation(self.source)
+        tasks = benchmark.tasks_for(ability, self.source)
         templates, pictures = self.templates, get_declaration(ability).interaction.pictures
 
         def pose_question(task_id: str) -> Prompt:

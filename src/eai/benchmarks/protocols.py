@@ -88,8 +88,6 @@ def make_replanning_options_of_protocol(
     Raises:
         InputError: no script has this name.
     """
-    return (
-        require_protocol_implementation(protocol).replanning(slip_probability, slip_seed, replans)
-        if protocol
-        else None
-    )
+    if protocol:
+        return require_protocol_implementation(protocol).replanning(slip_probability, slip_seed, replans)
+    return None

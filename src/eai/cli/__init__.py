@@ -226,10 +226,8 @@ def _add_help_texts(command: Any) -> None:
     Python types of values, line breaks of the docstring, and ``--no-paper`` beside ``--paper``, which is off
     by default.
     """
-    text, told = (
-        (command.help or "").partition("\n\nOptions:\n")[0],
-        read_docstring_entries(command.help, "Options"),
-    )
+    text = (command.help or "").partition("\n\nOptions:\n")[0]
+    told = read_docstring_entries(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":

@@ -61,10 +61,8 @@ def compare(
     """
     before, after = _read_runs_by_suite(first), _read_runs_by_suite(second)
     if not before.keys() & after.keys():
-        before, after = (
-            _give_suites_with_equal_tasks_one_name(before),
-            _give_suites_with_equal_tasks_one_name(after),
-        )
+        before = _give_suites_with_equal_tasks_one_name(before)
+        after = _give_suites_with_equal_tasks_one_name(after)
     shared = [place for place in before if place in after]
     if not shared:
         hint = ", under the same game rules" if any(place.rules for place in (*before, *after)) else ""

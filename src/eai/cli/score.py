@@ -380,11 +380,9 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     """
     if job.kept == job.record_count:
         return ()
-    suite, finish, combine_epochs = (
-        job.suite,
-        _make_prompt_origin_adder(job),
-        job.combiner_of_epoch_verdicts,
-    )
+    suite = job.suite
+    finish = _make_prompt_origin_adder(job)
+    combine_epochs = job.combiner_of_epoch_verdicts
     if combine_epochs is None:
         return scoring.score_in_batches(
             suite, job.answers, job.reason_by_unanswered_task, settings, finish, job.shard, job.kept

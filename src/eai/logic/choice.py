@@ -459,11 +459,9 @@ def _make_dnf_term_finder_for_bipartite_matching(
         ]
         weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
         cells = find_heaviest_matching(weights, matching_size)
-        return (
-            None
-            if cells is None
-            else _conjoin_scored_dnf_terms([overlaps[row][column] for row, column in cells])
-        )
+        if cells is None:
+            return None
+        return _conjoin_scored_dnf_terms([overlaps[row][column] for row, column in cells])
 
     return find_dnf_term_closest_to_answer
 

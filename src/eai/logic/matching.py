@@ -99,11 +99,9 @@ def find_heaviest_matching(
     Takes O(size * cells * rows) time.
     """
     column_of: dict[int, int] = {}
-    return (
-        sorted(column_of.items())
-        if all(_extend_matching_by_one(weights, column_of) for _ in range(size))
-        else None
-    )
+    if all(_extend_matching_by_one(weights, column_of) for _ in range(size)):
+        return sorted(column_of.items())
+    return None
 
 
 def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:

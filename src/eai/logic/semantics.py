@@ -155,11 +155,9 @@ class _TraceEvaluator:
         ends = starts_of_following_segment >> 1
         # A formula that stays true when a segment is extended is tested only on the longest segment.
         if id(formula) in self._monotony.ids_staying_true_when_longer:
-            return (
-                self.find_starts_of_satisfying_segments(formula, binding, ends.bit_length() - 1)
-                if ends
-                else 0
-            )
+            if ends:
+                return self.find_starts_of_satisfying_segments(formula, binding, ends.bit_length() - 1)
+            return 0
         # If shortened segments keep a formula true, a segment satisfies it only if its first state does.
         # If segments may also end anywhere up to the last end, segments of one state are enough.
         if id(formula) in self._monotony.ids_staying_true_when_shorter and ends == _fill_mask_up_to_last(
@@ -296,11 +294,9 @@ class _TraceEvaluator:
 
         For an atom (a condition on states), return None: it may be true of any object.
         """
-        return (
-            self._trace.find_values_of_argument(leaf.action, argument_index)
-            if isinstance(leaf, f.Occurs)
-            else None
-        )
+        if isinstance(leaf, f.Occurs):
+            return self._trace.find_values_of_argument(leaf.action, argument_index)
+        return None
 
     def _compute_mask_of_pairs_quantifier(
         self,

@@ -49,9 +49,9 @@ def make_equality(left: f.Term, right: f.Term) -> f.Formula:
     """Return the condition that two terms are equal; it is false for constants with different names."""
     if left == right:
         return f.TRUE
-    return (
-        f.FALSE if isinstance(left, f.Constant) and isinstance(right, f.Constant) else f.Equals(left, right)
-    )
+    if isinstance(left, f.Constant) and isinstance(right, f.Constant):
+        return f.FALSE
+    return f.Equals(left, right)
 
 
 def replace_variables(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:

@@ -196,9 +196,9 @@ class Grounder:
         changes = [_GroundEffect(_ALWAYS, add, delete)] if add or delete else []
         changes += conditional
         arguments = tuple(binding[parameter.name] for parameter in action.parameters)
-        return (
-            _GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
-        )
+        if changes:
+            return _GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes))
+        return None
 
     def _add_ground_effects(
         self, effect: m.PddlEffect, binding: _Binding, condition: _GroundCondition, found: list[_GroundEffect]
@@ -230,30 +230,24 @@ class Grounder:
             case f.Atom():
                 return self._ground_literal(formula, binding, negated=negated)
             case f.Equals(left, right):
-                return (
-                    _ALWAYS
-                    if (_find_object_name(left, binding) == _find_object_name(right, binding)) != negated
-                    else None
-                )
+                if (_find_object_name(left, binding) == _find_object_name(right, binding)) != negated:
+                    return _ALWAYS
+                return None
             case f.Not(operand):
                 return self._ground_condition(operand, binding, negated=not negated)
             case f.And(operands) | f.Or(operands):
                 parts = (self._ground_condition(operand, binding, negated=negated) for operand in operands)
-                return (
-                    _conjoin_conditions(parts)
-                    if isinstance(formula, f.And) != negated
-                    else _disjoin_conditions(parts)
-                )
+                if isinstance(formula, f.And) != negated:
+                    return _conjoin_conditions(parts)
+                return _disjoin_conditions(parts)
             case f.Implies(premise, conclusion):
                 return self._ground_condition(f.Or((f.Not(premise), conclusion)), binding, negated=negated)
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 inners = self._bind_to_each_object(variable, binding)
                 parts = (self._ground_condition(body, inner, negated=negated) for inner in inners)
-                return (
-                    _conjoin_conditions(parts)
-                    if isinstance(formula, f.ForAll) != negated
-                    else _disjoin_conditions(parts)
-                )
+                if isinstance(formula, f.ForAll) != negated:
+                    return _conjoin_conditions(parts)
+                return _disjoin_conditions(parts)
             case _:
                 raise ValueError(
                     f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"

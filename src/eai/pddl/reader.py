@@ -233,19 +233,15 @@ class PddlReader:
 
     def read_condition_or_empty(self, expression: SExpr) -> f.Formula:
         """Return the formula of a whole condition; like `read_formula`, but ``()`` is read as true."""
-        return (
-            f.TRUE
-            if isinstance(expression, ExpressionList) and not expression.items
-            else self.read_formula(expression)
-        )
+        if isinstance(expression, ExpressionList) and not expression.items:
+            return f.TRUE
+        return self.read_formula(expression)
 
     def read_effect_or_empty(self, expression: SExpr) -> m.PddlEffect:
         """Return the whole effect of an operator; like `read_effect`, but ``()`` is read as no effect."""
-        return (
-            m.NO_EFFECT
-            if isinstance(expression, ExpressionList) and not expression.items
-            else self.read_effect(expression)
-        )
+        if isinstance(expression, ExpressionList) and not expression.items:
+            return m.NO_EFFECT
+        return self.read_effect(expression)
 
     def read_formula(self, expression: SExpr) -> f.Formula:
         """Read a condition, a goal or a part of either in PDDL, and return it as a formula."""

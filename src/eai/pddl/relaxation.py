@@ -328,12 +328,10 @@ class _RelaxedPlanFollower:
 
     def _order_literals_reached_latest_first(self, missing: LiteralMask, relaxed_step: int) -> list[int]:
         """Return the missing literals in order: literals that take longest to reach come first."""
-        missing, ordered = (
-            self._problem.replace_disjunctions_by_true_disjuncts(
-                missing, self._layers.reached[max(relaxed_step, 0)]
-            ),
-            list[int](),
+        missing = self._problem.replace_disjunctions_by_true_disjuncts(
+            missing, self._layers.reached[max(relaxed_step, 0)]
         )
+        ordered = list[int]()
         for reached in self._layers.reached[max(relaxed_step, 0) :: -1]:
             ordered += iterate_one_bit_masks(missing & ~reached)
             missing &= reached

@@ -615,11 +615,9 @@ class _PartlyBoundAchiever:
         Each binding meets the conditions of the effect, except those that other actions may establish first
         (subgoals).
         """
-        return (
-            generate_complete_bindings(state, self._partial, usable_objects_mask, effort)
-            if self._cached_bindings is None
-            else map(list, self._cached_bindings)
-        )
+        if self._cached_bindings is None:
+            return generate_complete_bindings(state, self._partial, usable_objects_mask, effort)
+        return map(list, self._cached_bindings)
 
     def has_min_number_of_failing_conditions(self, state: State, min_count: float) -> bool:
         """Whether at least ``min_count`` conditions without unbound variables fail in a state."""

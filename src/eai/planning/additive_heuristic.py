@@ -338,11 +338,9 @@ class CostEstimates:
             if isinstance(subgoal.formula, f.Atom)
             else self.split_into_cheapest_sufficient_parts(subgoal)
         )
-        return (
-            (subgoal,)
-            if parts is None
-            else tuple([c for part in parts for c in self.split_into_cheapest_literal_subgoals(part)])
-        )
+        if parts is None:
+            return (subgoal,)
+        return tuple([c for part in parts for c in self.split_into_cheapest_literal_subgoals(part)])
 
     def split_into_cheapest_sufficient_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """Return the cheapest parts that together establish a condition.

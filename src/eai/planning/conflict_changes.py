@@ -195,9 +195,9 @@ class NecessaryChangeFinder:
             for action in self.get_actions_of_operator(name):
                 by_object.setdefault(action.arguments[position], []).append(action)
         actions = by_object.get(index, [])
-        return (
-            [a for a in actions if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else actions
-        )
+        if bound[1:]:
+            return [a for a in actions if all(a.arguments[i] == o for i, o in bound[1:])]
+        return actions
 
     def get_actions_of_operator(self, name: str) -> tuple[Action, ...]:
         """Return all actions of an operator, except actions that the unchanging facts rule out."""

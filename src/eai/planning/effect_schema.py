@@ -175,11 +175,9 @@ def _specialize_check_to_one_object(
             return f.Or((check, _conjoin([f.Equals(one, other) for one, other in same])))
         case f.Exists(quantified, body) if quantified == object_variable:
             parts = f.get_operands(body, f.And)
-            return (
-                _conjoin([part for part in parts if part != object_condition])
-                if object_condition in parts
-                else check
-            )
+            if object_condition in parts:
+                return _conjoin([part for part in parts if part != object_condition])
+            return check
         case f.Not(operand):
             inner = _specialize_check_to_one_object(operand, object_variable, object_condition)
             return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)

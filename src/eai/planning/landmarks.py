@@ -442,10 +442,11 @@ class Landmarks:
             and self.compute_lower_bound_of_hitting_set_size(self.get_mask_of_cuts_missed_by(plan_actions))
             == lacked
         ):
-            actions, number = (
-                {*plan_actions, *self._get_min_hitting_set(self.get_mask_of_cuts_missed_by(plan_actions))[1]},
-                len(self.cuts),
-            )
+            actions = {
+                *plan_actions,
+                *self._get_min_hitting_set(self.get_mask_of_cuts_missed_by(plan_actions))[1],
+            }
+            number = len(self.cuts)
             while not effort.is_limit_reached:
                 cut = self._relaxation_graph.find_cut_disjoint_from(actions)
                 effort.used += 1 + self._relaxation_graph.node_count // _CONDITIONS_PER_EFFORT

@@ -87,11 +87,9 @@ def drop_needless_actions(
     end = start
     for action in plan:
         end = successors.make_successor(end, action) or end
-    return (
-        successors.remove_needless_actions(start, end, reached).list_actions()
-        if reached(end)
-        else tuple(plan)
-    )
+    if reached(end):
+        return successors.remove_needless_actions(start, end, reached).list_actions()
+    return tuple(plan)
 
 
 class Planner:

@@ -161,16 +161,12 @@ class PossibleFacts:
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if derived is None:
             fact = Fact(predicate, arguments)
-            return (
-                fact in self.possibly_true
-                if truth
-                else fact not in self.at_start or fact in self.possibly_false
-            )
-        return (
-            self._may_derived_atom_have_truth_value(derived, arguments, truth)
-            if isinstance(derived, DefinedPredicate)
-            else True
-        )
+            if truth:
+                return fact in self.possibly_true
+            return fact not in self.at_start or fact in self.possibly_false
+        if isinstance(derived, DefinedPredicate):
+            return self._may_derived_atom_have_truth_value(derived, arguments, truth)
+        return True
 
     def _may_derived_atom_have_truth_value(
         self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool

@@ -109,10 +109,8 @@ class Scoring(WorkerPool):
             skip: number of first records to leave out, because an interrupted command has made them.
         """
         suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
-        items, number = (
-            _list_rows_in_task_order(suite, answers, unanswered),
-            len(answers.responses) + len(unanswered),
-        )
+        items = _list_rows_in_task_order(suite, answers, unanswered)
+        number = len(answers.responses) + len(unanswered)
         if shard is not None:
             items, number = shard.select_items_of_shard(items), -(-number // shard.of)
         items, number = islice(items, skip, None), number - skip

@@ -159,10 +159,8 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     The comparison leaves out a task that one of the runs excludes or lacks. It also leaves out an id that
     names different tasks in the two runs. A missing answer counts as a failure.
     """
-    first_shares, second_shares = (
-        compute_metric_contributions_by_task(first),
-        compute_metric_contributions_by_task(second),
-    )
+    first_shares = compute_metric_contributions_by_task(first)
+    second_shares = compute_metric_contributions_by_task(second)
     named = {record.task_id: find_task_name(record) for record in (*first, *second) if record.task}
     declared = get_declaration(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}

@@ -153,10 +153,8 @@ def make_json_of_cost_per_success(
     """
     amounts: dict[str, Json] = {}
     for name, contributions in contributions_by_cost_unit.items():
-        rate, interval = (
-            compute_rate(contribution.share for contribution in contributions),
-            compute_interval_of_cost_per_success(contributions),
-        )
+        rate = compute_rate(contribution.share for contribution in contributions)
+        interval = compute_interval_of_cost_per_success(contributions)
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
     return amounts

@@ -98,11 +98,9 @@ class ResponseFile:
 
         If tasks may have several answers, yield rows of the file, which `read_response` parses.
         """
-        return (
-            self.responses.read_rows()
-            if isinstance(self.responses, _AnswersKeptInFile)
-            else iter(self.responses)
-        )
+        if isinstance(self.responses, _AnswersKeptInFile):
+            return self.responses.read_rows()
+        return iter(self.responses)
 
     def group_answers_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
         """Group the answers by a key, which a function computes from the text of an answer. Keep their order.

@@ -52,10 +52,8 @@ class Estimate:
 
         Near copies are the tasks with the same `name`.
         """
-        rate, certainty = (
-            compute_rate(contribution.share for contribution in contributions),
-            compute_rate_intervals(contributions),
-        )
+        rate = compute_rate(contribution.share for contribution in contributions)
+        certainty = compute_rate_intervals(contributions)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
@@ -289,13 +287,11 @@ def format_short_number(number: float | None) -> str:
     """Return a number as text: one decimal, two between -10 and 10, none if whole; empty for None, NaN."""
     if number is None or math.isnan(number):
         return ""
-    return (
-        f"{number:.0f}"
-        if number == int(number)
-        else f"{number:.1f}"
-        if abs(number) >= 10
-        else f"{number:.2f}"
-    )
+    if number == int(number):
+        return f"{number:.0f}"
+    if abs(number) >= 10:
+        return f"{number:.1f}"
+    return f"{number:.2f}"
 
 
 def format_superscript(numbers: Sequence[int]) -> str:

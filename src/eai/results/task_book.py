@@ -41,9 +41,9 @@ class TaskLookup:
 
     def _compute_task_features(self, task_id: str) -> Mapping[str, int | str | None]:
         """Return the features of a task by the names of table columns; empty if the task is unknown."""
-        return (
-            asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
-        )
+        if task_id in self._tasks:
+            return asdict(compute_features(self._tasks[task_id], self._benchmark))
+        return {}
 
     def _find_wrong_goal_reason(self, task_id: str, stated_goal: AtomOrAction) -> WrongGoalReason | None:
         """Return the likely reason for a wrong goal in an answer; None if the benchmark lacks the task.

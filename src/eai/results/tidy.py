@@ -145,11 +145,9 @@ def _is_success_by_main_yes_no_metric(record: Record, share_by_metric: ShareByMe
     if share is None:
         return None
     yes_no = (0, share.denominator)
-    return (
-        bool(share.numerator)
-        if share.numerator in yes_no
-        else find_answer_outcome(record) is AnswerOutcome.SUCCESS
-    )
+    if share.numerator in yes_no:
+        return bool(share.numerator)
+    return find_answer_outcome(record) is AnswerOutcome.SUCCESS
 
 
 def _count_right_wrong_and_missing_items(ability: Ability, share_by_metric: ShareByMetric) -> dict[str, int]:

@@ -253,9 +253,9 @@ def _request_json(client: Any, path: str, body: Mapping[str, str] | None = None)
     from openai import OpenAIError
 
     try:
-        return (
-            client.get(path, cast_to=object) if body is None else client.post(path, body=body, cast_to=object)
-        )
+        if body is None:
+            return client.get(path, cast_to=object)
+        return client.post(path, body=body, cast_to=object)
     except (OpenAIError, ValueError):
         return None
 

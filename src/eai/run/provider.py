@@ -289,10 +289,8 @@ class _BuiltInModel(ModelAPI):
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
 
         half = self._arguments.rate / 2
-        noise, stream = (
-            PerceptionNoise(missing=half, misplaced=half, seed=self._arguments.seed),
-            str(question.epoch),
-        )
+        noise = PerceptionNoise(missing=half, misplaced=half, seed=self._arguments.seed)
+        stream = str(question.epoch)
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
         return perceive_with_noise(
             task, make_scene_graph_vocabulary(question.benchmark), noise, stream
@@ -345,11 +343,9 @@ def _adapt_benchmark_to_question(question: _QuestionForBuiltInModel) -> Benchmar
         benchmark = replace_scenes_of_benchmark(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals_by_answers(benchmark, {task_id: question.stated})
-    return (
-        make_benchmark_without_reached_goals(benchmark, task_id, question.done)
-        if question.done
-        else benchmark
-    )
+    if question.done:
+        return make_benchmark_without_reached_goals(benchmark, task_id, question.done)
+    return benchmark
 
 
 def _get_text_or_raise(answer: AnswerInParts) -> str:

@@ -118,11 +118,9 @@ REQUESTS = ("Please", "Your task is to", "I would like you to")
 SEE_TO_IT = "see to it that"
 """Words before a sentence that turn the sentence into a request."""
 
-EVERY, EXACTLY, OWN = (
-    ("every", "each"),
-    ("exactly", "precisely"),
-    ("{a} {noun} of its own", "a separate {noun}"),
-)
+EVERY = ("every", "each")
+EXACTLY = ("exactly", "precisely")
+OWN = ("{a} {noun} of its own", "a separate {noun}")
 """Alternative wordings of quantifiers: all objects, an exact number, and a different object for each."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"

@@ -132,11 +132,9 @@ class ConditionCompiler:
                 return self.compile_test(operand, scope, wanted=not wanted)
             case f.And(operands) | f.Or(operands):
                 parts = [self.compile_test(operand, scope, wanted=wanted) for operand in operands]
-                return (
-                    combine_tests_by_and(parts)
-                    if isinstance(formula, f.And) is wanted
-                    else combine_tests_by_or(parts)
-                )
+                if isinstance(formula, f.And) is wanted:
+                    return combine_tests_by_and(parts)
+                return combine_tests_by_or(parts)
             case f.Implies(premise, conclusion):
                 return self.compile_test(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, f.Equals(f.Variable(member), term)) if (
@@ -181,11 +179,9 @@ class ConditionCompiler:
                 return negate_filter(self.compile_filter(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
                 parts = [self.compile_filter(operand, slot, scope) for operand in operands]
-                return (
-                    combine_filters_by_and(parts)
-                    if isinstance(formula, f.And)
-                    else combine_filters_by_or(parts)
-                )
+                if isinstance(formula, f.And):
+                    return combine_filters_by_and(parts)
+                return combine_filters_by_or(parts)
             case f.Implies(premise, conclusion):
                 return self.compile_filter(f.Or((f.Not(premise), conclusion)), slot, scope)
             case f.Exists(variable, f.Equals(f.Variable(member), f.Variable(name))) if (

@@ -176,11 +176,11 @@ def _list_pairs_of_derived_predicate(
 def _make_pairs_with_first_object(
     first: int, second_objects: ObjectMask, objects: _ObjectIndices, allow_equal_arguments: bool
 ) -> Iterator[tuple[int, ...]]:
-    return (
-        ((first, y) for y in objects if second_objects >> y & 1 and (allow_equal_arguments or y != first))
-        if second_objects
-        else iter(())
-    )
+    if second_objects:
+        return (
+            (first, y) for y in objects if second_objects >> y & 1 and (allow_equal_arguments or y != first)
+        )
+    return iter(())
 
 
 def _find_tuples_by_testing_each(

@@ -105,11 +105,9 @@ class Relation:
         if line is not None:
             return line
         line = self._base.rows[source]
-        return (
-            _compute_row_from_changed_columns(line, source, self._columns, self._column_keys)
-            if self._column_keys
-            else line
-        )
+        if self._column_keys:
+            return _compute_row_from_changed_columns(line, source, self._columns, self._column_keys)
+        return line
 
     def get_initial_targets(self, source: int) -> ObjectMask:
         """Return the targets of ``source`` in this relation at the start of the episode, as a bit mask."""
@@ -123,11 +121,9 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return (
-            _compute_row_from_changed_columns(line, target, self._rows, self._row_keys)
-            if self._row_keys
-            else line
-        )
+        if self._row_keys:
+            return _compute_row_from_changed_columns(line, target, self._rows, self._row_keys)
+        return line
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair (source, target) is in the relation."""

@@ -62,10 +62,8 @@ def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None)
 
 
 def test_a_refusal_is_right_if_facts_are_missing() -> None:
-    right, false = (
-        verdict_on(NO, special=PossiblyImpossibleTaskMark((WHY,))),
-        verdict_on(NO, special=PossiblyImpossibleTaskMark(())),
-    )
+    right = verdict_on(NO, special=PossiblyImpossibleTaskMark((WHY,)))
+    false = verdict_on(NO, special=PossiblyImpossibleTaskMark(()))
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
     assert not any(right.goals_satisfied)

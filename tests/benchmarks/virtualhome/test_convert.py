@@ -138,10 +138,8 @@ def test_any_graphs_can_be_restored_from_their_differences(
     with TemporaryDirectory() as folder:
         tasks = convert(made, Path(folder))
     for made_task in made:
-        first, last = (
-            build_initial_graph(tasks.base, tasks[made_task.id]),
-            build_final_graph(tasks.base, tasks[made_task.id]),
-        )
+        first = build_initial_graph(tasks.base, tasks[made_task.id])
+        last = build_final_graph(tasks.base, tasks[made_task.id])
         assert_objects(first, made_task.initial)
         assert_objects(last, made_task.final)
         assert first.targets() == expected_targets(made_task.initial)

@@ -20,13 +20,11 @@ AT_TV = ("NEXT_TO character.65 television.22",)
 RUNNING = ("-OFF fridge.10", "ON fridge.10")
 GRABBED = ("TAKEN_FROM_TOP_OF bread.14 table.12",)
 HANDS_FULL = ("HOLDS_RH character.65 cup.13", "HOLDS_LH character.65 knife.15")
-A, D, M, W, U = (
-    FaultKind.AFFORDANCE,
-    FaultKind.ADDITIONAL_STEP,
-    FaultKind.MISSING_STEP,
-    FaultKind.WRONG_ORDER,
-    FaultKind.UNCATEGORISED,
-)
+A = FaultKind.AFFORDANCE
+D = FaultKind.ADDITIONAL_STEP
+M = FaultKind.MISSING_STEP
+W = FaultKind.WRONG_ORDER
+U = FaultKind.UNCATEGORISED
 
 
 @pytest.fixture

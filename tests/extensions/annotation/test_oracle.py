@@ -90,11 +90,9 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
 
 
 def _kind(values: Mapping[str, Any]) -> _ObjectKindByClassOrProperties:
-    return (
-        _ObjectKindByClassOrProperties(values["class"])
-        if "class" in values
-        else _ObjectKindByClassOrProperties(properties=tuple(values["properties"]))
-    )
+    if "class" in values:
+        return _ObjectKindByClassOrProperties(values["class"])
+    return _ObjectKindByClassOrProperties(properties=tuple(values["properties"]))
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, ChangesMadeByDemonstration]:

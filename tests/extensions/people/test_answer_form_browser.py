@@ -83,10 +83,8 @@ def test_a_table_of_goals_becomes_an_answer(
     task = next(iter(official_prompts("behavior", Ability.GOAL_INTERPRETATION, data_store)))
     opened_form(eai, page, tmp_path, "behavior", Ability.GOAL_INTERPRETATION, [task])
     page.get_by_role("button", name="Fill in a table").click()
-    states, relations = (
-        page.get_by_role("group", name="State goals"),
-        page.get_by_role("group", name="Relation goals"),
-    )
+    states = page.get_by_role("group", name="State goals")
+    relations = page.get_by_role("group", name="Relation goals")
     states.get_by_label("state").fill("open")
     states.get_by_label("object", exact=True).fill("jar.n.01_1")
     states.get_by_label("not").check()

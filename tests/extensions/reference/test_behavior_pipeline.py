@@ -126,10 +126,8 @@ def test_cells_of_the_paper(runs: dict[str, _RunsWithTrueAndInterpretedGoals]) -
     for model, found in runs.items():
         rates = compute_metric_rates([r.verdict for r in found.pipeline], Ability.SUBGOAL_DECOMPOSITION)
         for place in paper.columns:
-            printed, ours = (
-                paper.find_printed_number(f"{map_files_to_paper_models()[model]} (pipeline)", place),
-                rates[place.metric].percent,
-            )
+            printed = paper.find_printed_number(f"{map_files_to_paper_models()[model]} (pipeline)", place)
+            ours = rates[place.metric].percent
             assert printed is not None
             assert ours is not None
             off.append(round(abs(printed - ours), 6))

@@ -34,11 +34,9 @@ def camera() -> Iterator[Camera]:
 
 
 def test_colours_depth_and_objects_agree(camera: Camera) -> None:
-    colours, depth, objects = (
-        camera.render_colours("top"),
-        camera.render_depth("top"),
-        camera.render_object_indexes("top"),
-    )
+    colours = camera.render_colours("top")
+    depth = camera.render_depth("top")
+    objects = camera.render_object_indexes("top")
     assert colours.shape == (240, 320, 3)
     assert depth.shape == objects.shape == (240, 320)
     assert {PLATE, COUNTER} <= set(np.unique(objects).tolist())

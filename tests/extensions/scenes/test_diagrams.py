@@ -80,10 +80,8 @@ def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(("name", "every"), [("behavior", 5), ("virtualhome", 17)])
 def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_store: DataPackStore) -> None:
     benchmark = find_benchmark(name)
-    tasks, words = (
-        benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store)),
-        make_words_for_picture_labels(benchmark),
-    )
+    tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))
+    words = make_words_for_picture_labels(benchmark)
     for task_id in list(tasks)[::every]:
         task = tasks[task_id]
         picture = draw_scene(task, words, clutter)

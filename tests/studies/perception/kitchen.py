@@ -7,12 +7,10 @@ from eai import Benchmark, Task, make_task, use_tasks
 from eai.studies.perception.scene_graph import SceneGraph, SceneGraphFact, SceneGraphVocabulary
 
 X, Y = w.Variable("x"), w.Variable("y")
-HOLDS, IN, ON, LIT = (
-    w.Predicate("holds", 2),
-    w.Predicate("in", 2),
-    w.Predicate("on", 2),
-    w.Predicate("lit", 1),
-)
+HOLDS = w.Predicate("holds", 2)
+IN = w.Predicate("in", 2)
+ON = w.Predicate("on", 2)
+LIT = w.Predicate("lit", 1)
 CAN_LIGHT = w.Predicate("can_light", 1, static=True)
 free = w.missing_step(~w.Exists(Y, HOLDS(w.AGENT, Y)), "the hand is full")
 held = w.missing_step(HOLDS(w.AGENT, X), "{x} is not held")

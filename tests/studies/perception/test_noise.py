@@ -153,10 +153,8 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
 
 def test_tasks_with_errata_are_corrected_once(data_store: DataPackStore) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
-    source, seen = (
-        Source(data_store),
-        {task.id: make_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks},
-    )
+    source = Source(data_store)
+    seen = {task.id: make_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks}
     for task_id, task in replace_scenes_of_benchmark(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
 

@@ -68,11 +68,9 @@ class ActionSequencingScorer(PlanScorer):
         """
         assessment = self.assess_execution(text, self._execute_from_start)
         repair = partial(self._add_repair_to_verdict, text, assessment.verdict)
-        return (
-            assessment._replace(analyze_failure=repair)
-            if self._uses_default_execution_and_goal_test
-            else assessment
-        )
+        if self._uses_default_execution_and_goal_test:
+            return assessment._replace(analyze_failure=repair)
+        return assessment
 
     @property
     def _uses_default_execution_and_goal_test(self) -> bool:
@@ -100,11 +98,9 @@ class ActionSequencingScorer(PlanScorer):
         if declined is not None or self.task.has_no_plan:  # no edits lead to a plan
             return float(declined is not None and declined.is_right)
         plan = self.read(text)
-        return (
-            0.0
-            if isinstance(plan, Unreadable)
-            else self.repairer.compute_closeness_to_success(self.repairer.read_steps(plan))
-        )
+        if isinstance(plan, Unreadable):
+            return 0.0
+        return self.repairer.compute_closeness_to_success(self.repairer.read_steps(plan))
 
     def _add_repair_to_verdict(self, text: str, verdict: Verdict, max_tried_steps: int) -> Verdict:
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):

@@ -72,9 +72,11 @@ def read_nested_formula(
         case ["and" | "or" as word, [*_] as first, *others]:
             parts = [read_subformula(part) for part in drop_list_around_operands((first, *others))]
             formulas = tuple([part for part in parts if part is not None])
-            return (
-                None if len(formulas) < len(parts) else f.And(formulas) if word == "and" else f.Or(formulas)
-            )
+            if len(formulas) < len(parts):
+                return None
+            if word == "and":
+                return f.And(formulas)
+            return f.Or(formulas)
         case ["imply", premise, conclusion]:
             one, other = read_subformula(premise), read_subformula(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
@@ -86,11 +88,9 @@ def read_nested_formula(
                 if (variable := _read_variable(entry_variable)) is not None
             ]
             inner = read_subformula(body, *bound)
-            return (
-                None
-                if inner is None or len(bound) < len(head)
-                else _make_quantified_formula(word, count, bound, inner)
-            )
+            if inner is None or len(bound) < len(head):
+                return None
+            return _make_quantified_formula(word, count, bound, inner)
         case _:
             return literal(entry, variables)
 
@@ -496,11 +496,9 @@ class JsonGoalNotation(GoalNotation):
             goal = self._read_goal(kind, value)
             return None if goal is None else to_formula(goal, variables)
 
-        return (
-            read_literal(entry, frozenset())
-            if kind is GoalKind.ACTION
-            else read_nested_formula(entry, read_literal)
-        )
+        if kind is GoalKind.ACTION:
+            return read_literal(entry, frozenset())
+        return read_nested_formula(entry, read_literal)
 
     def _read_goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
         is_action = kind is GoalKind.ACTION

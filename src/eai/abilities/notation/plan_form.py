@@ -300,11 +300,9 @@ def _find_flaw_in_step_list(value: object, read_steps: Callable[[object], StepLi
     """Return in words what is wrong with the first item that is not a step, or None if all are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
-        return (
-            _find_flaw_in_step_list(lists[0], read_steps)
-            if len(lists) == 1 and not read_steps(value)
-            else _describe_item_flaw(value, "the step")
-        )
+        if len(lists) == 1 and not read_steps(value):
+            return _find_flaw_in_step_list(lists[0], read_steps)
+        return _describe_item_flaw(value, "the step")
     if not isinstance(value, list) or not value:
         return None
     number, item = next(

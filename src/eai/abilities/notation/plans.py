@@ -198,11 +198,9 @@ class JsonPlanNotation(PlanNotation):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in an answer. A plan without steps is an empty list."""
         plan = read_json_plan_or_action_lines(text, _make_json_plan_format(frozenset(actions)), actions)
-        return (
-            plan
-            if isinstance(plan, Unreadable)
-            else correct_action_spelling(plan, actions, self.to_operator_name)
-        )
+        if isinstance(plan, Unreadable):
+            return plan
+        return correct_action_spelling(plan, actions, self.to_operator_name)
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds objects by their names in the scene; None for unknown names.

@@ -78,10 +78,8 @@ def find_step_and_whether_line_has_other_text(
         if step is not None:
             return step, begin > 0
         for separator in islice(_REMARK_SEPARATOR.finditer(text), _MAX_SEPARATORS):
-            words, remark = (
-                strip_punctuation(text[: separator.start()]),
-                strip_punctuation(text[separator.end() :]),
-            )
+            words = strip_punctuation(text[: separator.start()])
+            remark = strip_punctuation(text[separator.end() :])
             if _is_remark_after_step(remark, words) and (step := read_step(words)) is not None:
                 has_other_step = read_step(remark) or (
                     not _describes_step(remark, step, actions)

@@ -322,11 +322,9 @@ class SubgoalProgramCompiler:
             sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
-            return (
-                make_check_for_unmet_subgoal(_EXCLUDED)
-                if all(map(self._exclusion().are_exclusive, disjuncts))
-                else None
-            )
+            if all(map(self._exclusion().are_exclusive, disjuncts)):
+                return make_check_for_unmet_subgoal(_EXCLUDED)
+            return None
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(
@@ -582,12 +580,10 @@ class _SubgoalProgramBuilder:
     def _add_fork_instruction(
         self, first_instruction_of_each_branch: Sequence[_InstructionNumber], subgoal: int
     ) -> _InstructionNumber:
-        return (
-            first_instruction_of_each_branch[0]
-            if len(first_instruction_of_each_branch) == 1
-            else self._add_instruction(
-                SubgoalForkInstruction(lambda state: first_instruction_of_each_branch, subgoal)
-            )
+        if len(first_instruction_of_each_branch) == 1:
+            return first_instruction_of_each_branch[0]
+        return self._add_instruction(
+            SubgoalForkInstruction(lambda state: first_instruction_of_each_branch, subgoal)
         )
 
     def _add_instruction(self, instruction: Instruction) -> _InstructionNumber:

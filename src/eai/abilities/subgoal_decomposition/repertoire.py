@@ -283,10 +283,8 @@ class OperatorIndex:
             p: i for p, i in zip(taken.schema.variables, decided_arguments, strict=True) if i is not None
         }
         usable = make_mask(objects)
-        partial, effort = (
-            taken.make_partial_variable_binding(state.scene, scope, only_static_conditions=True),
-            SearchEffort(Limits().bindings),
-        )
+        partial = taken.make_partial_variable_binding(state.scene, scope, only_static_conditions=True)
+        effort = SearchEffort(Limits().bindings)
         bindings = generate_complete_bindings(state, partial, usable, effort)
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
@@ -363,11 +361,9 @@ class OperatorIndex:
     ) -> _PreconditionCheckKind:
         if self._changed.isdisjoint(self._find_stored_dependencies([check.condition])):
             return _PreconditionCheckKind.FIXED
-        return (
-            _PreconditionCheckKind.REST
-            if can_movement_change_check or find_free_variables(check.condition)
-            else _PreconditionCheckKind.COMMON
-        )
+        if can_movement_change_check or find_free_variables(check.condition):
+            return _PreconditionCheckKind.REST
+        return _PreconditionCheckKind.COMMON
 
     def _select_enabling_operators(
         self,

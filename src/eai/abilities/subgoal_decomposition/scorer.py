@@ -134,12 +134,10 @@ class SubgoalDecompositionScorer(Scorer):
 
     def _read_temporal_goal(self) -> Formula | None:
         text = self.task.temporal_goal
-        return (
-            None
-            if text is None
-            else self.lexicon.replace_lexicon_names_by_domain_names(
-                read_formula(text, self.lexicon.signature)[0]
-            )
+        if text is None:
+            return None
+        return self.lexicon.replace_lexicon_names_by_domain_names(
+            read_formula(text, self.lexicon.signature)[0]
         )
 
     def _make_goal_progress(self) -> GoalProgress:

@@ -432,10 +432,8 @@ class _SubgoalProgramExploration:
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
             case None:
-                on_course, reached = (
-                    self._goal.trajectory_test,
-                    self._goal.is_goal_reached_at_end(branch.met, branch.state),
-                )
+                on_course = self._goal.trajectory_test
+                reached = self._goal.is_goal_reached_at_end(branch.met, branch.state)
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
                 self._record_ended_branch(branch, self._successful if reached else self._executable)

@@ -513,11 +513,9 @@ class _FailedSearch:
             not tried_action.failing and self._keeps_met_goal_parts(tried_action) for tried_action in mending
         ):
             return None
-        return (
-            mending[0]
-            if mending and all(tried_action.failing for tried_action in mending)
-            else failed_attempt
-        )
+        if mending and all(tried_action.failing for tried_action in mending):
+            return mending[0]
+        return failed_attempt
 
     def _keeps_met_goal_parts(self, attempt: _ActionAttemptWithFailingChecks) -> bool:
         node, candidate = attempt.node, attempt.candidate

@@ -177,10 +177,8 @@ def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> Pd
         about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 
-    initial, denied = (
-        select_facts_about_needed_objects(problem.initial),
-        select_facts_about_needed_objects(problem.denied),
-    )
+    initial = select_facts_about_needed_objects(problem.initial)
+    denied = select_facts_about_needed_objects(problem.denied)
     mentioned = needed.union(*map(find_object_names, (*initial, *denied)))
     initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(mentioned)]
     pddl = {name: name.replace(".", "_") for name in categories}

@@ -59,11 +59,9 @@ def _format_goals_in_model_answer_as_formulas(believed_task: BelievedTask) -> st
     categories = {obj.category for obj in believed_task.task.scene.objects}
 
     def spell_as_in_subgoals(word: str) -> str:
-        return (
-            word.replace(".", "_")
-            if word in categories
-            else _spell_object_for_subgoal_prompt(names.get(word, word))
-        )
+        if word in categories:
+            return word.replace(".", "_")
+        return _spell_object_for_subgoal_prompt(names.get(word, word))
 
     formulas = [
         _format_formula(entry, spell_as_in_subgoals, nested=False)
@@ -138,9 +136,9 @@ def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bo
                 for operand_entry in drop_list_around_operands((first, *others))
             ]
             readable = [text for text in texts if text is not None]
-            return (
-                _put_in_brackets(f" {word} ".join(readable), nested) if len(readable) == len(texts) else None
-            )
+            if len(readable) == len(texts):
+                return _put_in_brackets(f" {word} ".join(readable), nested)
+            return None
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
             inner = _format_formula(body, spelling, nested=True)
             bound = [spelling(words[-1]) for item in head if (words := [*_yield_nested_words(item)])]

@@ -111,10 +111,8 @@ class BehaviorRecord:
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     """Return the published data of each task (record) by task id, in data set order, decoded on first use."""
-    lines, options = (
-        _map_task_ids_to_json(pack.read_member(TASKS_MEMBER)),
-        _map_task_ids_to_json(pack.read_member(OPTIONS_MEMBER)),
-    )
+    lines = _map_task_ids_to_json(pack.read_member(TASKS_MEMBER))
+    options = _map_task_ids_to_json(pack.read_member(OPTIONS_MEMBER))
 
     def read_record(task_id: str) -> BehaviorRecord:
         return _read_record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))

@@ -128,10 +128,8 @@ def _make_variant(
     describe_hidden_facts: Callable[[Task], str] = describe_unobservable_facts,
     open_operators: OpenTasks[TransitionTask] = _open_operator_tasks,
 ) -> Benchmark:
-    wordings, operators = (
-        partial(_make_prompt_wording, describe_hidden_facts),
-        {Ability.TRANSITION_MODELING: open_operators},
-    )
+    wordings = partial(_make_prompt_wording, describe_hidden_facts)
+    operators = {Ability.TRANSITION_MODELING: open_operators}
     return Benchmark(
         name,
         build_domain(),

@@ -161,10 +161,8 @@ class _HouseholdConventionWriter(SceneFactReader):
     def _describe_ways_to_remove(self, substance: str) -> str:
         wiping = {how: self._find_sources_of(manner, substance) for manner, how in _WIPING_WORDS.items()}
         ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
-        washing, solvents = (
-            self._find_sources_of(p.washes_off, substance),
-            self._find_targets_of(p.dissolved_by, substance),
-        )
+        washing = self._find_sources_of(p.washes_off, substance)
+        solvents = self._find_targets_of(p.dissolved_by, substance)
         if washing:
             ways.append(f"by washing or rinsing in {_join_names(washing)}")
         machines = [
@@ -205,20 +203,16 @@ class _HouseholdConventionWriter(SceneFactReader):
                 yield f"- {words.format(_join_names(made), original_object)}"
 
     def _describe_ingredients_and_method_of_recipe(self, recipe_name: str) -> str:
-        vessels, sources = (
-            self._find_targets_of(p.made_in, recipe_name),
-            self._find_targets_of(p.heated_by, recipe_name),
-        )
+        vessels = self._find_targets_of(p.made_in, recipe_name)
+        sources = self._find_targets_of(p.heated_by, recipe_name)
         if self._has_fact(p.by_stirring, recipe_name):
             how = "by stirring, in any vessel"
         elif self._has_fact(p.by_heat, recipe_name):
             how = f"in {_join_names(vessels, 'or')} by {_join_names(sources, 'or')}"
         else:
             how = f"in {_join_names(vessels, 'or')}, switched on, by RUN"
-        toppings, bases = (
-            self._describe_ingredients(recipe_name, p.topping),
-            _join_names(self._find_targets_of(p.base, recipe_name), "or"),
-        )
+        toppings = self._describe_ingredients(recipe_name, p.topping)
+        bases = _join_names(self._find_targets_of(p.base, recipe_name), "or")
         over = f", with {toppings} on {bases}" if toppings else ""
         results = [word for word, makes in _RESULT_WORDS.items() if self._has_fact(makes, recipe_name)]
         state = f" {_join_names(results)}" if results else ""

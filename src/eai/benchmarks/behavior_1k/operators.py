@@ -675,10 +675,8 @@ def add_solid_object_checks_and_robot_movement(operator: Operator) -> Operator:
     The copy checks that arguments are solid objects. It moves the robot to the action's last argument, unless
     the action itself moves the robot or releases an object (decision D1 in `docs/behavior-1k.md`).
     """
-    checks, effects = (
-        (*map(forbid_substance_or_recipe, operator.parameters), *operator.checks),
-        operator.effects,
-    )
+    checks = (*map(forbid_substance_or_recipe, operator.parameters), *operator.checks)
+    effects = operator.effects
     if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
         effects = (*effects, _make_effect_of_going_to(operator.parameters[-1]))
     return sort_checks_in_paper_order(replace(operator, checks=checks, effects=effects))

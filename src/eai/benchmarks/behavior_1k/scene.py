@@ -333,10 +333,8 @@ class _SceneMaker:
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
                 yield predicate, (object_name,)
-        heat, cold = (
-            self._kinds.get_heat_source(kind, "heatSource"),
-            self._kinds.get_heat_source(kind, "coldSource"),
-        )
+        heat = self._kinds.get_heat_source(kind, "heatSource")
+        cold = self._kinds.get_heat_source(kind, "coldSource")
         encloses = any(source is not None and "inside" in source.needs for source in (heat, cold))
         others = {
             p.fixed: has(kind, "sceneObject")
@@ -362,10 +360,8 @@ class _SceneMaker:
 
     def _yield_heat_and_cold_facts(self, name: str, kind: str) -> _SceneFactIterator:
         """Yield facts that state which objects a source of heat or cold cooks, melts or chills."""
-        heat, cold = (
-            self._kinds.get_heat_source(kind, "heatSource"),
-            self._kinds.get_heat_source(kind, "coldSource"),
-        )
+        heat = self._kinds.get_heat_source(kind, "heatSource")
+        cold = self._kinds.get_heat_source(kind, "coldSource")
         if heat is None and cold is None:
             return
         for other, its_kind in self._kind_of_each.items():

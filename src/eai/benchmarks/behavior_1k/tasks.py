@@ -98,11 +98,9 @@ def open_tasks(
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
     pack = open_pack(PACK, source)
-    packed, plans, excluded = (
-        split_by_activity(pack.read_member(ACTIVITIES)),
-        read_plans(),
-        load_exclusion_reasons(),
-    )
+    packed = split_by_activity(pack.read_member(ACTIVITIES))
+    plans = read_plans()
+    excluded = load_exclusion_reasons()
     texts = packed if definitions is None else definitions
 
     @cache

@@ -316,16 +316,12 @@ def _compute_weights_for_drawing_formula_types(counts_by_formula_type: Counter[s
     The caller uses these weights only if the data set has no quantified goals. `_WEIGHTS_OF_SHAPES` gives
     quantifiers to new goals. The share of goals that ask for actions stays as in the data set.
     """
-    states, shares = (
-        counts_by_formula_type.total() - counts_by_formula_type["Occurs"],
-        sum(_WEIGHTS_OF_SHAPES.values()),
-    )
+    states = counts_by_formula_type.total() - counts_by_formula_type["Occurs"]
+    shares = sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
-    return (
-        {**varied, "Occurs": counts_by_formula_type["Occurs"] * shares}
-        if counts_by_formula_type["Occurs"]
-        else varied
-    )
+    if counts_by_formula_type["Occurs"]:
+        return {**varied, "Occurs": counts_by_formula_type["Occurs"] * shares}
+    return varied
 
 
 def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:

@@ -396,11 +396,9 @@ class TaskGenerator:
         if reason is None and not self._can_goal_objects_be_seen(task):
             reason = SeedRejectionReason.NEVER_SEEN
         outcome = self._measure_or_reject_task(task, seed, about) if reason is None else reason
-        return (
-            outcome
-            if isinstance(outcome, SeedRejectionReason)
-            else self._make_task_pair_if_specified(outcome, rng)
-        )
+        if isinstance(outcome, SeedRejectionReason):
+            return outcome
+        return self._make_task_pair_if_specified(outcome, rng)
 
     def _make_task_pair_if_specified(
         self, generated: GeneratedTask, rng: random.Random
@@ -729,10 +727,8 @@ class TaskGenerator:
 
         Return whether this was possible. If not, the plan stays as it was.
         """
-        subjects, before = (
-            find_goal_subjects(goal, growing_plan.state.scene),
-            growing_plan.get_plan_checkpoint(),
-        )
+        subjects = find_goal_subjects(goal, growing_plan.state.scene)
+        before = growing_plan.get_plan_checkpoint()
         if not growing_plan.reach_goal(goal):
             return False
         if subjects.isdisjoint(self._find_held_objects(growing_plan.state)):

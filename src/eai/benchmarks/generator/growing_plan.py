@@ -325,11 +325,9 @@ class TemporalGoalGenerator:
 
         A fact must become true before one of the task's goals. At the end of the plan, the fact is false.
         """
-        growing_plan, seen, last = (
-            self.begin(),
-            self.proposals.draw_literal(self.rng),
-            self.rng.choice(self._goals),
-        )
+        growing_plan = self.begin()
+        seen = self.proposals.draw_literal(self.rng)
+        last = self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not growing_plan.reach_goal(seen):
             return None
         growing_plan.conditions.clear()
@@ -476,9 +474,9 @@ def _make_goal_if_only_first_fulfils(
     is_kept, is_kept_by_other = [
         semantics.holds(goal, course.trace_of_execution) for course in (first_plan, second_plan)
     ]
-    return (
-        _TemporalGoal(goal, first_plan.plan, second_plan.plan) if is_kept and not is_kept_by_other else None
-    )
+    if is_kept and not is_kept_by_other:
+        return _TemporalGoal(goal, first_plan.plan, second_plan.plan)
+    return None
 
 
 def try_to_reach_goals_in_order(growing_plan: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:

@@ -80,10 +80,8 @@ class _HazardAvoidanceGoal(NamedTuple):
             return False
         if self.safe is None:
             return True
-        named, steps_unsafe = (
-            {execution.final_state.scene.index[name] for name in find_object_names(self.safe)},
-            0,
-        )
+        named = {execution.final_state.scene.index[name] for name in find_object_names(self.safe)}
+        steps_unsafe = 0
         for step, state in zip(execution.steps, execution.states[1:], strict=True):
             is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
             steps_unsafe = steps_unsafe + 1 if is_left else 0

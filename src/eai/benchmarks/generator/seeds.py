@@ -97,11 +97,9 @@ def select_tasks(
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, goals, impossible_minus_possible_counts = (
-        Counter[str](),
-        Counter[str](),
-        ImpossibleMinusPossibleTasks(),
-    )
+    reasons = Counter[str]()
+    goals = Counter[str]()
+    impossible_minus_possible_counts = ImpossibleMinusPossibleTasks()
     fingerprint_log = [] if fingerprint_log is None else fingerprint_log
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:

@@ -291,10 +291,8 @@ def _make_tasks_with_same_instruction(
 
     Return None if the written instruction cannot be read back as the goals of the task.
     """
-    ids, formulas = (
-        _make_shuffled_ids_for_task_pair(task, rng),
-        [task_goal.formula for task_goal in task.goals],
-    )
+    ids = _make_shuffled_ids_for_task_pair(task, rng)
+    formulas = [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
     if not words.does_instruction_state_exactly_goals(instruction, formulas):
         return None
@@ -311,11 +309,9 @@ def _make_tasks_with_same_instruction(
     )
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
     if rng.random() < _HALF:
-        clear, unclear, names = (
-            _exchange_names_of_two_objects(clear, names),
-            _exchange_names_of_two_objects(unclear, names),
-            names[::-1],
-        )
+        clear = _exchange_names_of_two_objects(clear, names)
+        unclear = _exchange_names_of_two_objects(unclear, names)
+        names = names[::-1]
     return replace(clear, special=AmbiguousTaskMark(names[:1])), replace(
         unclear, special=AmbiguousTaskMark(names)
     )

@@ -33,10 +33,8 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, usual_goals:
         _find_predicate_and_subject_pairs(other, scene)
     ):
         return True
-    parts, others = (
-        list(_find_literals_with_possible_objects(goal, scene)),
-        list(_find_literals_with_possible_objects(other, scene)),
-    )
+    parts = list(_find_literals_with_possible_objects(goal, scene))
+    others = list(_find_literals_with_possible_objects(other, scene))
     return bool(usual_goals.uses) and any(
         _is_combination_unseen_in_data_set(one, another, scene, usual_goals)
         or _is_combination_unseen_in_data_set(another, one, scene, usual_goals)

@@ -92,11 +92,9 @@ class InstructionWriter:
     def get_words_for_object(self, object_name: str) -> str:
         """Return words for an object: ``the lamp`` for the only lamp, a description by place, or its name."""
         index = self.scene.index[object_name]
-        return (
-            self._name_by_category(index)
-            if self._is_only_one_of_category(index)
-            else self._description_by_object.get(index, object_name)
-        )
+        if self._is_only_one_of_category(index):
+            return self._name_by_category(index)
+        return self._description_by_object.get(index, object_name)
 
     def can_object_be_described_without_name(self, object_name: str) -> bool:
         """Whether words other than its name can describe an object."""
@@ -180,11 +178,9 @@ class InstructionWriter:
         if isinstance(first, f.Constant) and self.scene.index[first.name] == self.scene.agent:
             return None  # a request to put the agent on a couch makes no sense
         several = (self.english.denies if negated else self.english.asks).get(atom.predicate)
-        return (
-            None
-            if several is None
-            else self._fill_in_objects(style.choose(several), atom, self._name_variables(goal, style))
-        )
+        if several is None:
+            return None
+        return self._fill_in_objects(style.choose(several), atom, self._name_variables(goal, style))
 
     def _make_statement(self, goal: f.Formula, style: e.PhraseStyle) -> str:
         """Return a statement, without a full stop, that states a goal."""

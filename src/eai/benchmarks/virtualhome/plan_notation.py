@@ -145,11 +145,9 @@ def make_object_index_lookup(
     def find_object_of_word(word: object) -> int | None:
         if isinstance(word, str):
             return index_by_class.get(word)
-        return (
-            index_by_name.get(f"{word.name}{class_id_separator}{word.id}")
-            if isinstance(word, ObjectWithId)
-            else None
-        )
+        if isinstance(word, ObjectWithId):
+            return index_by_name.get(f"{word.name}{class_id_separator}{word.id}")
+        return None
 
     return find_object_of_word
 

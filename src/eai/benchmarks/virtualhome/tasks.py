@@ -193,11 +193,11 @@ def _make_relation_from_bit_masks(
     source_mask_by_target: Sequence[ObjectMask],
     source_and_target_masks: tuple[ObjectMask, ObjectMask],
 ) -> Relation:
-    return (
-        Relation(InitialRelation(target_mask_by_source, source_mask_by_target, *source_and_target_masks))
-        if source_and_target_masks[0]
-        else _make_empty_relation(len(target_mask_by_source))
-    )
+    if source_and_target_masks[0]:
+        return Relation(
+            InitialRelation(target_mask_by_source, source_mask_by_target, *source_and_target_masks)
+        )
+    return _make_empty_relation(len(target_mask_by_source))
 
 
 @cache

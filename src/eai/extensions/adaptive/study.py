@@ -241,11 +241,9 @@ def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row
     the model's mean score only.
     """
     for suite, (_, scores) in suites.items():
-        models, solved, alpha = (
-            len(scores.models),
-            scores.matrix.sum(axis=0),
-            estimate_reliability(scores.matrix),
-        )
+        models = len(scores.models)
+        solved = scores.matrix.sum(axis=0)
+        alpha = estimate_reliability(scores.matrix)
         counts = [solved >= models - 1, solved == 0, scores.item_rest_correlations < 0]
         saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
         rounded = None if alpha is None else _round_to_six_digits(alpha)

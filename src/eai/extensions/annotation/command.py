@@ -218,10 +218,8 @@ def _save_decisions_and_return_end_reason(
     Raises:
         UserInterruptError: the user interrupted the command.
     """
-    chosen, before = (
-        saved_decisions_by_title.get(title, UserGoalDecisionsForTaskTitle()),
-        list[UserGoalDecisionsForTaskTitle](),
-    )
+    chosen = saved_decisions_by_title.get(title, UserGoalDecisionsForTaskTitle())
+    before = list[UserGoalDecisionsForTaskTitle]()
     try:
         while True:
             annotation.write_user_goal_decisions_by_task_title(

@@ -100,11 +100,9 @@ class GoalPattern:
         return not self.kinds
 
     def __str__(self) -> str:
-        return (
-            _ACTION_PREFIX + self.name
-            if self.is_action
-            else f"{self.name}({', '.join(map(str, self.kinds))})"
-        )
+        if self.is_action:
+            return _ACTION_PREFIX + self.name
+        return f"{self.name}({', '.join(map(str, self.kinds))})"
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
@@ -133,11 +131,9 @@ def parse_pattern(text: str) -> GoalPattern:
 
 def _parse_object_kind(text: str) -> _ObjectKindByClassOrProperties:
     words = [word.strip() for word in text.strip("{}").split(",")]
-    return (
-        _ObjectKindByClassOrProperties(properties=tuple(filter(None, words)))
-        if text.startswith("{")
-        else _ObjectKindByClassOrProperties(text)
-    )
+    if text.startswith("{"):
+        return _ObjectKindByClassOrProperties(properties=tuple(filter(None, words)))
+    return _ObjectKindByClassOrProperties(text)
 
 
 @dataclass(frozen=True, slots=True)

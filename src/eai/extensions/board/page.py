@@ -244,10 +244,8 @@ def _read_leaderboard_season(folder: Path) -> tuple[Benchmark | None, str]:
         InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
     chosen = _LeaderboardSeasonFile.read_file(_require_small_file(folder / SEASON))
-    entry, file = (
-        read_manifest_entry_of_secret_set(folder, chosen.split),
-        find_task_file_of_split(folder, chosen.split),
-    )
+    entry = read_manifest_entry_of_secret_set(folder, chosen.split)
+    file = find_task_file_of_split(folder, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
         for problem in find_reasons_to_doubt_published_set(folder, chosen.split, chosen.secret or None):

@@ -320,11 +320,9 @@ def _make_benchmark_with_rules_in_prompts(
             words=word_cipher,
             english=benchmark.notation.english,
         )
-        return (
-            twin
-            if plain.conventions is None
-            else replace(twin, conventions=twin.write_static_facts_used_by_rules)
-        )
+        if plain.conventions is None:
+            return twin
+        return replace(twin, conventions=twin.write_static_facts_used_by_rules)
 
     asks_subgoals = benchmark.data.asks.get(Ability.SUBGOAL_DECOMPOSITION)
 

@@ -119,11 +119,9 @@ class LoggedEpisode:
     def step_of_best_goal_progress(self) -> int | None:
         """Index of the first step, from 0, after which the largest share of goals held; None if not known."""
         shares = [step.progress for step in self.steps]
-        return (
-            None
-            if self.best_goal_progress is None or self.best_goal_progress not in shares
-            else shares.index(self.best_goal_progress)
-        )
+        if self.best_goal_progress is None or self.best_goal_progress not in shares:
+            return None
+        return shares.index(self.best_goal_progress)
 
     @property
     def max_occurrences_of_action_reply_pair(self) -> int | None:

@@ -103,11 +103,9 @@ def explain_log(
 
 
 def _get_kind_of_first_error(episode: LoggedEpisode) -> str:
-    return (
-        ""
-        if episode.index_of_first_error is None
-        else name_result(episode.steps[episode.index_of_first_error])
-    )
+    if episode.index_of_first_error is None:
+        return ""
+    return name_result(episode.steps[episode.index_of_first_error])
 
 
 def _print_episode(episode: LoggedEpisode) -> None:

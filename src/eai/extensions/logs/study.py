@@ -138,10 +138,8 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     """
     for names, episodes in groups.items():
         for episode in episodes:
-            error, step_of_best_goal_progress = (
-                episode.index_of_first_error,
-                episode.step_of_best_goal_progress,
-            )
+            error = episode.index_of_first_error
+            step_of_best_goal_progress = episode.step_of_best_goal_progress
             kind = None if error is None else episode.steps[error].kind
             yield (
                 *(*names, episode.task, episode.outcome.value, episode.ending.value),

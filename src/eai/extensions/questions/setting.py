@@ -148,11 +148,9 @@ class QuestionSetting:
 
     def format_fact_or_action(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text, such as ``lit(lamp)``."""
-        return (
-            action_text(fact_or_action, self.scene)
-            if isinstance(fact_or_action, Action)
-            else fact_text(fact_or_action, self.scene)
-        )
+        if isinstance(fact_or_action, Action):
+            return action_text(fact_or_action, self.scene)
+        return fact_text(fact_or_action, self.scene)
 
     def format_elements(self, facts_or_actions: Iterable[Fact] | Iterable[Action]) -> list[str]:
         """Return each fact or action as text."""

@@ -71,11 +71,9 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
         if not isinstance(section, list | str):
             return _SECTION_IS_NO_LIST
         conditions += map(_replace_lists_by_tuples, section)
-    return (
-        tuple(conditions)
-        if all(map(split_condition_into_predicate_and_objects, conditions))
-        else _CONDITION_IS_MALFORMED
-    )
+    if all(map(split_condition_into_predicate_and_objects, conditions)):
+        return tuple(conditions)
+    return _CONDITION_IS_MALFORMED
 
 
 class BehaviorGoalInterpretationScorer(Scorer):

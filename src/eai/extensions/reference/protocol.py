@@ -89,11 +89,9 @@ def choose_task_opener_by_object_ids_in_answers(
     from eai.extensions.reference.virtualhome_plans import do_most_answers_use_object_ids
 
     texts = list(answers)
-    return (
-        partial(open_scored_virtualhome_tasks, with_ids=do_most_answers_use_object_ids(texts))
-        if texts
-        else None
-    )
+    if texts:
+        return partial(open_scored_virtualhome_tasks, with_ids=do_most_answers_use_object_ids(texts))
+    return None
 
 
 def open_scored_behavior_tasks(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:

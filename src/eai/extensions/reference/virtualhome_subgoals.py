@@ -122,10 +122,8 @@ class VirtualHomeSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
     """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
-        domain, words = (
-            virtualhome_quirks.make_domain_with_all_quirks(),
-            VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS),
-        )
+        domain = virtualhome_quirks.make_domain_with_all_quirks()
+        words = VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS)
         super().__init__(task, domain, words, goals=_GoalTestIgnoringActionOrder(task), limits=limits)
         self.excluded = None
 

@@ -134,30 +134,24 @@ def _find_pose(
             (neighbour for neighbour in beside if locations.find_relation_and_carrier(neighbour) == carrier),
             None,
         )
-        return (
-            placer.find_pose_inside(object_index, other)
-            if relation == INSIDE
-            else placer.find_pose_on(object_index, other, near)
-        )
+        if relation == INSIDE:
+            return placer.find_pose_inside(object_index, other)
+        return placer.find_pose_on(object_index, other, near)
     room = boxes[locations.find_room(object_index)]
     roofs = [b for a, b in locations.relations[UNDER] if a == object_index and b in placer.poses]
     if roofs:
         return placer.find_pose_below(object_index, roofs[0], room)
-    return (
-        placer.find_pose_beside(object_index, beside[0], room)
-        if beside
-        else placer.find_pose_on_floor(object_index, room)
-    )
+    if beside:
+        return placer.find_pose_beside(object_index, beside[0], room)
+    return placer.find_pose_on_floor(object_index, room)
 
 
 def _compute_pose_that_may_overlap(
     placer: ObjectPlacer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
 ) -> Pose:
     """Return a pose in the middle of an object's support, container or room. Objects may overlap there."""
-    carrier, height = (
-        locations.find_relation_and_carrier(object_index),
-        locations.bodies[object_index].size[2],
-    )
+    carrier = locations.find_relation_and_carrier(object_index)
+    height = locations.bodies[object_index].size[2]
     if carrier is None:
         x, y, _ = boxes[locations.find_room(object_index)].mean(0)
         return Pose((x, y, height / 2))

@@ -99,11 +99,9 @@ def find_body_shape_of_object_kind(kind: str) -> ObjectBodyShape | None:
         whole = find_body_shape_of_object_kind(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _cut_left_half(whole)
     known = read_shape_size_and_colour_by_object_kind().get(kind)
-    return (
-        None
-        if known is None
-        else _make_body_shape_of_object_kind(_read_body_shape_families_and_colours()[known.family], known)
-    )
+    if known is None:
+        return None
+    return _make_body_shape_of_object_kind(_read_body_shape_families_and_colours()[known.family], known)
 
 
 class _ShapeFamilySizeAndColour(NamedTuple):

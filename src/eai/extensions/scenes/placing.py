@@ -288,10 +288,8 @@ def _list_contact_coordinates(
     area: Box, low_corners: Array, high_corners: Array, half_size: Array, axis: int
 ) -> Iterator[float]:
     """Return coordinates of a box's middle at which the box touches a side of the area or of another box."""
-    first, last = (
-        area[0, axis] + half_size[axis] + _SETTLING_GAP,
-        area[1, axis] - half_size[axis] - _SETTLING_GAP,
-    )
+    first = area[0, axis] + half_size[axis] + _SETTLING_GAP
+    last = area[1, axis] - half_size[axis] - _SETTLING_GAP
     edges = [
         first,
         last,

@@ -37,10 +37,8 @@ def make_object_rectangles(
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
-    hands, doer = (
-        [words.find_predicate_name_in_graphs(name) for name in words.holding_predicate_names],
-        agent or HANDS,
-    )
+    hands = [words.find_predicate_name_in_graphs(name) for name in words.holding_predicate_names]
+    doer = agent or HANDS
     tiles: dict[str, ObjectRectangle] = {}
     if hands or doer in graph.mentioned_objects:
         tiles[doer] = ObjectRectangle(doer, "agent", zones={hand: [] for hand in hands})

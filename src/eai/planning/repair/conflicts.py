@@ -234,10 +234,8 @@ class _ConflictResolvingEditFinder:
         return changes
 
     def _find_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        state, operator = (
-            self._states.by_number[state_number],
-            self._states.domain.compiled_operators[action.operator].operator,
-        )
+        state = self._states.by_number[state_number]
+        operator = self._states.domain.compiled_operators[action.operator].operator
         scope = operator.map_parameters(action.arguments)
         changes: set[FactChange] = set()
         for check in operator.checks:
@@ -264,10 +262,8 @@ class _ConflictResolvingEditFinder:
         """Return a set of changes of facts for each missed goal. One change of each set must happen."""
         changes = self._lacking.get(state_number)
         if changes is None:
-            state, find_changes = (
-                self._states.by_number[state_number],
-                self._change_finder.find_necessary_changes,
-            )
+            state = self._states.by_number[state_number]
+            find_changes = self._change_finder.find_necessary_changes
             changes = [
                 find_changes(g.formula, g.scope, state, truth=g.truth)
                 for g in self._states.find_unmet_goals(state_number)
@@ -320,10 +316,8 @@ class _ConflictResolvingEditFinder:
         skipped step is in ``operator_names``, the result includes changes after which the step may be
         executed. The second returned value is whether the step undoes any wanted change.
         """
-        state, executed = (
-            self._states.by_number[state_number],
-            self._states.get_next_state_number_and_is_executed(state_number, step)[1],
-        )
+        state = self._states.by_number[state_number]
+        executed = self._states.get_next_state_number_and_is_executed(state_number, step)[1]
         finder = self._change_finder
         earlier_changes = finder.get_all_changes_if_schemas_are_incomplete(step.operator)
         undoes = bool(earlier_changes) and executed

@@ -265,11 +265,9 @@ class FewestEditsPlanRepairer:
         edits = max(
             0, len(before) - just_skipped_step_count
         ) + self.states.count_failed_steps_and_missed_goals(later_steps, after)
-        return (
-            ((*before, step), after)
-            if edits < 1 + self.states.count_failed_steps_and_missed_goals(later_steps, moment)
-            else None
-        )
+        if edits < 1 + self.states.count_failed_steps_and_missed_goals(later_steps, moment):
+            return ((*before, step), after)
+        return None
 
     def _find_enabling_actions(self, state_number: int, action: Action) -> tuple[Action, ...] | None:
         key = state_number, action
@@ -316,11 +314,9 @@ class FewestEditsPlanRepairer:
 
     def find_single_edit_repairs(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
-        entries, find_edits, landmarks = (
-            make_unedited_plan(plan),
-            self.find_edits,
-            self.make_landmarks_for_repair_of(plan),
-        )
+        entries = make_unedited_plan(plan)
+        find_edits = self.find_edits
+        landmarks = self.make_landmarks_for_repair_of(plan)
         path = self.states.compute_plan_path(entries, START, 0)
         if None not in plan:
             helping = find_edits(entries, path)
@@ -583,11 +579,9 @@ class _RepairSearch:
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
-        costs, first, last = (
-            compute_edit_cost(plan),
-            node.min_edits if node.edits else 0,
-            node.min_repair_edits,
-        )
+        costs = compute_edit_cost(plan)
+        first = node.min_edits if node.edits else 0
+        last = node.min_repair_edits
         one_more = costs.count_min_edits_after_more_insertions(1)
         ranks: dict[int, int] = {}
         max_cost = 0

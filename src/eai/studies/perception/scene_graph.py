@@ -218,10 +218,8 @@ class SceneGraphVocabulary:
 
     def make_true_graph(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
         """Return the true scene graph of some objects, by default of all objects in the task's prompt."""
-        names, chosen = (
-            self.list_object_names(task),
-            list_objects_in_prompt(task) if objects is None else objects,
-        )
+        names = self.list_object_names(task)
+        chosen = list_objects_in_prompt(task) if objects is None else objects
         facts = self.list_facts_stored_in_state(task.initial, chosen)
         return make_scene_graph(
             [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]

@@ -155,11 +155,9 @@ class _RunsBySceneFormat:
 
         They are from the run whose questions list the true scene.
         """
-        return (
-            {case.task: case for case in self.list_task_contributions_to_metric(PLAIN)}
-            if PLAIN in self.runs
-            else {}
-        )
+        if PLAIN in self.runs:
+            return {case.task: case for case in self.list_task_contributions_to_metric(PLAIN)}
+        return {}
 
     def make_perception_error_cost_cells(self, group: _TasksWithPerceptionErrors) -> Row:
         """Return cells on a group of tasks: their number, metric, metric with the true scene, difference.

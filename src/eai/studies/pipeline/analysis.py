@@ -197,16 +197,12 @@ class _RunsWithTrueAndInterpretedGoals:
         for kind in (*_GOAL_GROUPS, "all"):
             tasks = {task for task, own_kind in kinds.items() if kind in (own_kind, "all")}
             if tasks:
-                modular, pipeline = (
-                    self._select_records(self.modular, tasks),
-                    self._select_records(self.pipeline, tasks),
-                )
+                modular = self._select_records(self.modular, tasks)
+                pipeline = self._select_records(self.pipeline, tasks)
                 success = next(iter(compare_runs(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
-                one, other = (
-                    self._list_contributions_to_main_metric(modular),
-                    self._list_contributions_to_main_metric(pipeline),
-                )
+                one = self._list_contributions_to_main_metric(modular)
+                other = self._list_contributions_to_main_metric(pipeline)
                 perfect = [
                     case._replace(
                         share=make_rate_contribution_of_answer(self.reachable.get(case.task, False))
@@ -218,12 +214,12 @@ class _RunsWithTrueAndInterpretedGoals:
 
     @property
     def _sentence_about_perfect_planner(self) -> str:
+        if not self.reachable:
+            return ""
         return (
             " A perfect stage 2 finds a plan for the stated goals by search, if there is one, and is judged "
             "under strict. It is no upper bound, because a model can also reach goals that its question did "
             "not state."
-            if self.reachable
-            else ""
         )
 
     @collect_rows_in_table("stage_1", ("answer", "tasks", "pipeline"))

@@ -108,12 +108,10 @@ class _PipelineOptions(VariationOptions):
         first = StageThatObtainsGoalsOrScenes(
             library, task_ids_by_domain, ask, partial(obtain_goals_interpreted_by_model, str(self.goals))
         )
-        return (
-            first
-            if self.subgoals is None
-            else StageThatObtainsGoalsOrScenes(
-                library, task_ids_by_domain, ask, obtain_goals_and_subgoals_stated_by_model, previous=first
-            )
+        if self.subgoals is None:
+            return first
+        return StageThatObtainsGoalsOrScenes(
+            library, task_ids_by_domain, ask, obtain_goals_and_subgoals_stated_by_model, previous=first
         )
 
 

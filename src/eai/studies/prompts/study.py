@@ -383,10 +383,8 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
     for name in groups.keys() - several.keys() if several else ():
         records.note(f"left out, because all its runs have the same prompts: {name}")
     for suite, runs in (several or groups).items():
-        named, metric = (
-            [(_find_prompt_name_of_run(run), run) for run in runs],
-            choose_metric(runs[0].key.ability, chosen.metric),
-        )
+        named = [(_find_prompt_name_of_run(run), run) for run in runs]
+        metric = choose_metric(runs[0].key.ability, chosen.metric)
         tables = make_prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
             tables,

@@ -139,9 +139,9 @@ def _make_axis_label(axis: _Axis) -> str:
     """Return the label of an axis in short lines: title of the ability, and metric if it has several."""
     ability, metric = axis
     declared, title = get_declaration(ability), "\n".join(format_ability_title(ability).split())
-    return (
-        title if len(declared.averaged_metrics) == 1 else f"{title}\n({declared.overview_headings[metric]})"
-    )
+    if len(declared.averaged_metrics) == 1:
+        return title
+    return f"{title}\n({declared.overview_headings[metric]})"
 
 
 def _draw_legend(figure: Figure, ranked: Sequence[str], colors: Mapping[str, str]) -> None:

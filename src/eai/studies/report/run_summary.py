@@ -65,10 +65,8 @@ def summarize_run(run: Run) -> RunSummary:
     """Return the summary of a run, computed from its records (stored verdicts on answers)."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
-    totals, cases = (
-        RunTotals.from_records(run.records),
-        make_contributions_by_metric(run.records, key.ability),
-    )
+    totals = RunTotals.from_records(run.records)
+    cases = make_contributions_by_metric(run.records, key.ability)
     return RunSummary(
         key,
         totals.coverage,

@@ -140,10 +140,8 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         )
 
     def render_prompt(task_id: str, task: Task) -> Prompt:
-        belief, other = (
-            material.beliefs.get(task_id) or BelievedTask(task),
-            find_example_with_other_title(task.title),
-        )
+        belief = material.beliefs.get(task_id) or BelievedTask(task)
+        other = find_example_with_other_title(task.title)
         about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
