@@ -152,6 +152,17 @@ def test_duplicates_stay_and_the_last_value_wins(text: str, value: object) -> No
             "line 2, column 1: 'WALK chair' looks like a part of the answer and stands outside",
         ),
         ('{"A": [1]} {"B": [2]}', "looks like a part of the answer and stands outside"),
+        ('{"A": [1]}\n---\n{"B": [2]}', "looks like a part of the answer and stands outside"),
+        ('1. {"A": [1]}\n2. {"B": [2]}', "looks like a part of the answer and stands outside"),
+        (
+            '```json\n{"A": [1]}\n```\n\n**\n````json\n{"B": [2]}\n````',
+            "looks like a part of the answer and stands outside",
+        ),
+        (
+            '{"A": ["b"]}, "c"]}',
+            "line 1, column 19: no opening bracket of a list matches this one: "
+            "the parts need a list around them",
+        ),
         ("{'A': [...]}", "line 1, column 2: expected property name enclosed in double quotes"),
     ],
     ids=str,

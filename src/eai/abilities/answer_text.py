@@ -34,6 +34,7 @@ import html
 import json
 import re
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
@@ -62,7 +63,7 @@ TOO_LONG = Unreadable(f"the answer is longer than {MAX_ANSWER_CHARACTERS:,} char
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _BOX = re.compile(r"\\boxed\s*\{(?=\s*[{\[])")
 _FENCE = "```"
-_FENCE_MARK = re.compile(r"```[\w-]*")
+_FENCE_MARK = re.compile(r"`{3,}[\w+-]*")
 _BRACKET = re.compile(r"[{}\[\]]")
 _STRING_COMMENT_OR_BRACKET = re.compile(
     r"""
@@ -96,8 +97,6 @@ _SEPARATORS_OR_NUMBERS = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=
 It shows that the values belong together.
 """
 _SEPARATORS = re.compile(r"[\s,;]*")
-_SEPARATORS_OR_FENCES = re.compile(r"(?:[\s,;]|(?<!`)`{3,}(?!`)[\w+-]*)*")
-"""Pattern of a text without words. A run of backticks matches as a whole, so the time stays linear."""
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
 _CALL = re.compile(r"(?<![\w.])[\w.]+\s*\([^()]*\)")
@@ -133,7 +132,10 @@ class JsonObject:
     def repeated_key(self) -> str | None:
         """The first key that occurs more than once in the object, or None."""
         keys = [key for key, _ in self.members]
-        return None if len(set(keys)) == len(keys) else next(key for key in keys if keys.count(key) > 1)
+        if len(set(keys)) == len(keys):
+            return None
+        times = Counter(keys)
+        return next(key for key in keys if times[key] > 1)
 
 
 _STRICT = json.JSONDecoder(object_pairs_hook=JsonObject)
@@ -145,7 +147,7 @@ A text is tested for them before it is parsed, which avoids slow exceptions.
 """
 
 
-def _return_false(value: object) -> bool:
+def _return_false(*values: object) -> bool:
     return False
 
 
@@ -179,7 +181,8 @@ class AnswerFormat(Generic[T]):
         repairs_of: returns the names of the repairs that were needed to read the value of a meaning.
         is_certain: whether a meaning names something of the task. If some meaning does, all other meanings
             count as examples.
-        is_single: whether two different values side by side make the answer unreadable.
+        is_single: whether two different values without words between them make the answer unreadable.
+        are_halves: whether two meanings are different parts of one answer, so that neither is complete.
         wrappers: keys of an object around the value, if the question asks for such an object. Removing this
             object does not count as a repair.
     """
@@ -195,6 +198,7 @@ class AnswerFormat(Generic[T]):
     repairs_of: Callable[[T], tuple[str, ...]] = _return_no_repairs
     is_certain: Callable[[T], bool] = bool
     is_single: bool = True
+    are_halves: Callable[[T, T], bool] = _return_false
     wrappers: frozenset[str] = frozenset()
 
 
@@ -401,7 +405,7 @@ class _AnswerReader(Generic[T]):
         gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
         has_pieces = any(self.form.is_piece(value.meaning) for value in chosen)
-        stray = self._find_closing_bracket_of_unopened_list(chosen) if has_pieces else None
+        stray = self._find_closing_bracket_of_unopened_list(chosen, has_pieces=has_pieces)
         if stray is not None:
             return self._report_unreadable_value(stray, _InvalidJson(_UNOPENED, stray.start))
         if self.form.join is not None and gaps and has_pieces:
@@ -420,19 +424,23 @@ class _AnswerReader(Generic[T]):
             return self._make_parsed_answer(
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
-        are_adjacent = self.form.is_single and any(map(_SEPARATORS_OR_FENCES.fullmatch, texts))
-        if are_adjacent and not _are_value_texts_equal_ignoring_blanks(self.text, chosen):
+        last = chosen[-1].meaning
+        are_adjacent = self.form.is_single and any(map(_contains_no_words, texts))
+        if (are_adjacent and not _are_value_texts_equal_ignoring_blanks(self.text, chosen)) or any(
+            self.form.are_halves(value.meaning, last) for value in chosen[:-1]
+        ):
             return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
-        return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
+        return self._make_parsed_answer(chosen[-1:], last, ())
 
     def _find_closing_bracket_of_unopened_list(
-        self, pieces: Sequence[_ValueInText[T]]
+        self, values: Sequence[_ValueInText[T]], *, has_pieces: bool
     ) -> _BracketedText | None:
         """Return a closing bracket that seems to end a list whose opening bracket is missing, or None."""
-        for stray in self.strays:
-            if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
+        for stray in self.strays if has_pieces else ():
+            if len(values) > 1 or stray.start < values[0].start or self.text[stray.start] == "]":
                 return stray
-        return None
+        last = self.strays[-1] if self.strays else None
+        return last if last and self.form.is_part(self.text[values[-1].end : last.start]) else None
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the JSON values that belong to the answer. All other values count as examples in its prose.
@@ -533,6 +541,10 @@ def _find_ranges_between(ranges: Iterable[_TextRange], length: int) -> Iterator[
         yield position, length
 
 
+def _contains_no_words(text: str) -> bool:
+    return _SEPARATORS_OR_NUMBERS.fullmatch(_FENCE_MARK.sub(" ", text)) is not None
+
+
 def _are_value_texts_equal_ignoring_blanks(answer_text: str, values: Sequence[_ValueInText[T]]) -> bool:
     return len({"".join(answer_text[value.start : value.end].split()) for value in values}) == 1
 
@@ -627,7 +639,7 @@ def _read_answer_and_repairs_from_json_value(
 
 def _looks_like_part_of_answer(key: str, member: object, form: AnswerFormat[T]) -> bool:
     if not isinstance(member, str):
-        return len(_list_nested_values(member)) > 0
+        return len(list_nested_values(member)) > 0
     return has_answer_line_under_key(
         key, member, lambda line: form.is_answer_line(line) or form.is_text_with_part(line)
     )
@@ -744,13 +756,14 @@ def _is_nested_shallowly(value: object) -> bool:
     """
     level = [value]
     for _ in range(MAX_JSON_DEPTH):
-        level = [part for whole in level for part in _list_nested_values(whole)]
+        level = [part for whole in level for part in list_nested_values(whole)]
         if not level:
             return True
     return False
 
 
-def _list_nested_values(value: object) -> Sequence[object]:
+def list_nested_values(value: object) -> Sequence[object]:
+    """Return the elements of a list or the values of a `JsonObject`; an empty list for another value."""
     if isinstance(value, JsonObject):
         return [part for _, part in value.members]
     return value if isinstance(value, list) else ()
