@@ -113,6 +113,8 @@ def test_an_answer_has_its_category_and_error(subgoals: list[object], outcome: s
     ("subgoals", "additional"),
     [
         (["GRAB(cup.13)", "GRAB(cup.13)"], 1),
+        # One subgoal states each action once, however often it names the action.
+        (["GRAB(cup.13) and GRAB(cup.13)"], 0),
         # A condition that holds already is an additional step ...
         (["OPEN(fridge.10)", "OPEN(fridge.10)"], 1),
         ([CUP_HELD, "GRAB(cup.13)"], 1),

@@ -454,7 +454,7 @@ class _SubgoalProgramBuilder:
         actions come before the actions of the conjunction, or after them.
         """
         states = [part for part in parts if _is_about_single_state(part)]
-        actions = f.Then(tuple([part for part in parts if part not in states]))
+        actions = f.Then(tuple(dict.fromkeys(part for part in parts if part not in states)))
         if not states:
             return self.add_instructions_for_formula(actions, subgoal, next_instruction)
         held = f.And(tuple(states))
