@@ -35,6 +35,10 @@ OPEN = WrittenGoal("open", ("box",))
         ('{"output": {"node goals": [["open", "box"]]}}', [OPEN]),
         ("Here: {'node goals': [['open', 'box']]}!", [OPEN]),
         ("{}", []),
+        ('{"node goals": [["open", "box"]]} in the form {"node goals": [], "edge goals": []}', [OPEN]),
+        ('{"node goals": []} No: {"node goals": [["open", "box"]]}', [OPEN]),
+        ('{} No: {"node goals": []}', []),
+        ('{"goals": [["lit", "box"]]} No: {"goals": [["open", "box"]]}', [OPEN]),
     ],
 )
 def test_goals_are_read(text: str, goals: list[WrittenGoal]) -> None:
@@ -49,6 +53,18 @@ def test_an_entry_that_is_not_a_literal_is_ill_formed(entry: str) -> None:
     assert isinstance(found, WrittenGoals)
     assert found.goals == ()
     assert [kind for kind, _ in found.ill_formed] == [GoalKind.STATE, None]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'States: {"node goals": [["open", "box"]]} Relations: {"edge goals": [["inside", "ball", "box"]]}',
+        '{"node goals": [["lit", "box"]], "edge goals": []} or {"node goals": [["open", "box"]]} and '
+        '{"action goals": ["PRESS"]}',
+    ],
+)
+def test_goals_in_separate_objects_are_unreadable(text: str) -> None:
+    assert isinstance(NOTATION.read(text), Unreadable)
 
 
 @pytest.mark.parametrize("text", ["", "PRESS", "[]", '{"node goals": "open"}', '{"a": 1}'])

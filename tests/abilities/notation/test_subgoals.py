@@ -96,6 +96,35 @@ def test_a_text_beside_subgoals_is_no_subgoal(key: str, text: str, is_read: bool
     assert isinstance(answer, WrittenSubgoals) is is_read
 
 
+@pytest.mark.parametrize(
+    ("beside", "is_read"),
+    [
+        (', "lit(lamp)", "lit(red)"]}', False),
+        (', shed)", "lit(lamp)"]}', False),
+        ("]}", True),
+        ("\nlit(lamp), lit(red)", False),
+        ("\nlit(lamp) then lit(red)", False),
+        ("\nFinally: lit(lamp)", False),
+        ("\nAnswer (JSON)", True),
+        ("\nFinally, lit(lamp) holds.", True),
+        ('\n---\n{"output": ["lit(red)"]}', False),
+        ('\nStep 2:\n{"output": ["lit(red)"]}', False),
+        ('\nThe form is {"output": []}.', True),
+        ('\nThe form is {"output": ["state(object)", "..."]}.', True),
+    ],
+)
+def test_a_text_after_subgoals_is_prose_or_the_answer_is_unreadable(beside: str, is_read: bool) -> None:
+    answer = NOTATION.read(f'{{"output": ["holding(red)"]}}{beside}')
+    assert isinstance(answer, WrittenSubgoals) is is_read
+    assert getattr(answer, "subgoals", ("holding(red)",)) == ("holding(red)",)
+
+
+def test_the_last_subgoals_with_known_names_count() -> None:
+    answer = NOTATION.read('{"output": ["lit(lamp)"]} No: {"output": ["not at(red, shed)"]}')
+    assert isinstance(answer, WrittenSubgoals)
+    assert answer.subgoals == ("not at(red, shed)",)
+
+
 def test_a_text_without_a_formula_is_kept_unchanged() -> None:
     notation = SubgoalNotation(toy.DOMAIN.replace_operators(Operator("REST", (), (), ())))
     assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(("go and REST now",))

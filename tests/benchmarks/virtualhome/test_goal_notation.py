@@ -130,6 +130,37 @@ def test_repeated_goals_are_predicted_once() -> None:
     assert (verdict.predicted, verdict.ill_formed, verdict.hallucinated) == (3, 1, ("FLY",))
 
 
+@pytest.mark.parametrize("other", ["null", '"none"', '[{"name": "tv", "state": "ON"}]'])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_a_repeated_section_is_a_parsing_error(other: str, is_first: bool) -> None:
+    first, second = (json.dumps([OPEN]), other) if is_first else (other, json.dumps([OPEN]))
+    error = STRICT.score(f'{{"node goals": {first}, "node goals": {second}, "edge goals": []}}').error
+    assert error is not None
+    assert error.detail.endswith('the section "node goals" occurs twice')
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        '{"name": "fridge", "state": "CLOSED", "state": "OPEN"}',
+        '{"name": "bed", "name": "fridge", "state": "OPEN"}',
+        '{"name": "fridge", "name": "OPEN"}',
+    ],
+)
+def test_a_goal_with_a_repeated_key_is_ill_formed(entry: str) -> None:
+    verdict = STRICT.score(f'{{"node goals": [{entry}]}}')
+    assert isinstance(verdict, GoalVerdict)
+    assert (verdict.ill_formed, verdict.predicted) == (1, 1)
+
+
+@pytest.mark.parametrize("relation", ["ON", "on top of"])
+def test_an_example_after_the_goals_does_not_count(relation: str) -> None:
+    example = answer([{"name": "OBJECT", "state": "STATE"}], [{**ON_BED, "relation": relation}])
+    is_example = relation != "ON"
+    verdict = STRICT.score(f"{answer([OPEN])}\nThe form is {example}")
+    assert counts(verdict)[0] == ((1, 0, 0) if is_example else (0, 0, 1))
+
+
 def test_a_verdict_names_the_repairs_of_its_answer() -> None:
     assert STRICT.score("Sure! " + answer([OPEN]) + " Bye.").repairs == ("prose",)
 
@@ -202,8 +233,9 @@ def test_explanations_name_each_wrong_goal_once() -> None:
         '{"node goals": ' + "[" * 50_000 + "]" * 50_000 + "}",
         "{'node goals': " * 10_000,
         "\ud800",
+        json.dumps({str(number): [] for number in range(50_000)}),
     ],
-    ids=["open brackets", "nested sections", "nested objects", "surrogate"],
+    ids=["open brackets", "nested sections", "nested objects", "surrogate", "many sections"],
 )
 def test_extreme_texts_have_a_verdict(scorer: Scorer, text: str) -> None:
     assert scorer.score(text).counts is not None

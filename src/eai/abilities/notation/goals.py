@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple, TypeAlias
 
@@ -33,6 +33,7 @@ from eai.abilities.answer_text import (
     consists_of_calls,
     contains_json_string,
     has_answer_line_under_key,
+    list_nested_values,
     read_json,
 )
 from eai.abilities.explanation import AtomOrAction
@@ -172,12 +173,14 @@ class AnswerGoalSections(NamedTuple):
 def make_goal_sections_format(
     validate_sections: Callable[[AnswerGoalSections], AnswerGoalSections | None],
     describe_flaw: Callable[[object], str | None],
+    is_name: Callable[[str], bool] = bool,
 ) -> AnswerFormat[AnswerGoalSections]:
     """Return the form of an answer that is a JSON object with a list of goals under each section key.
 
     Args:
         validate_sections: returns the given sections if goals can be read from them, else None.
         describe_flaw: returns in words why no goals can be read from a JSON value, or None.
+        is_name: whether a text names a predicate or an action.
     """
 
     def read_sections(value: object) -> AnswerGoalSections | None:
@@ -197,7 +200,11 @@ def make_goal_sections_format(
         is_answer_line=lambda line: _SECTION_LINE.match(line) is not None,
         flaw=describe_flaw,
         repairs_of=lambda sections_read: sections_read.repairs,
-        is_certain=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
+        is_certain=lambda sections_read: any(
+            key in _SECTION_OF and any(map(is_name, _iterate_texts(part)))
+            for key, part in sections_read.members
+        ),
+        are_halves=_have_no_section_in_common,
     )
 
 
@@ -214,6 +221,20 @@ def _is_unknown_section_with_goals(key: str, section: object) -> bool:
     return has_answer_line_under_key(
         key, section, lambda line: consists_of_calls(line) or _SECTION_LINE.match(line) is not None
     )
+
+
+def _iterate_texts(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    for part in list_nested_values(value):
+        yield from _iterate_texts(part)
+
+
+def _have_no_section_in_common(sections: AnswerGoalSections, others: AnswerGoalSections) -> bool:
+    one, other = [
+        {key for key, part in each.members if isinstance(part, list)} for each in (sections, others)
+    ]
+    return bool(one and other) and one.isdisjoint(other)
 
 
 def _normalize_section_name(section_name: str) -> str:
@@ -401,15 +422,21 @@ class JsonGoalNotation(GoalNotation):
 
     Args:
         sections: the kinds of goals that have their own section in the object.
+        names: the names of predicates and actions; empty if any text may be such a name.
     """
 
-    def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
+    def __init__(self, sections: Iterable[GoalKind] = GoalKind, names: Collection[str] = ()) -> None:
         self._kinds = {SECTIONS[kind]: kind for kind in sections}
+        self._form = make_goal_sections_format(
+            _get_sections_if_all_are_lists,
+            lambda value: None,
+            lambda text: not names or self.normalize_word(text) in names,
+        )
         self.states_actions = GoalKind.ACTION in self._kinds.values()
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """Return the goals in an answer, or why the answer cannot be read."""
-        reading = read_json(text, _LISTS)
+        reading = read_json(text, self._form)
         if isinstance(reading, Unreadable):
             return reading
         entries = self._list_goal_kinds_and_entries(reading.value)
@@ -422,7 +449,7 @@ class JsonGoalNotation(GoalNotation):
         Pairs are sorted by kind: states, relations, actions. Entries in a section that this notation does not
         have come last, with the kind None.
         """
-        reading = read_json(text, _LISTS)
+        reading = read_json(text, self._form)
         if isinstance(reading, Unreadable):
             return reading
         order: list[GoalKind | None] = [*GoalKind, None]
@@ -530,9 +557,6 @@ def _get_sections_if_all_are_lists(sections: AnswerGoalSections) -> AnswerGoalSe
     are_remarks = has_section and all(key not in _SECTION_OF for key in plain)
     has_parts = any(isinstance(part, JsonObject) for _, part in sections.members)
     return sections if not has_parts and (are_remarks or not plain) else None
-
-
-_LISTS = make_goal_sections_format(_get_sections_if_all_are_lists, lambda value: None)
 
 
 def _convert_goal_to_json_entry(goal: WrittenGoal) -> object:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
 from eai.abilities.answer_text import (
@@ -35,6 +35,7 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
+_WORD = re.compile(r"[\w.-]+")
 _WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
 """Words that are connectives or temporal operators in formulas."""
 
@@ -44,6 +45,8 @@ _OUTPUT = "output"
 _FORMULA_LINE = re.compile(
     rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?\w[\w.]*\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
 )
+
+_CALL_WITHOUT_BLANK = re.compile(r"\w\(")
 
 _NO_FORMULA_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """Characters that may stand next to the name of an object or variable, but never next to a formula.
@@ -92,11 +95,18 @@ class SubgoalNotation:
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
-        alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
-        alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_subgoals_from_json_output_list(
-            text, frozenset(map_formula_safe_names_to_original_names(alone))
-        )
+        return read_subgoals_from_json_output_list(text, self._arities)
+
+    @cached_property
+    def _arities(self) -> Mapping[str, int | None]:
+        vocabulary, actions = self.domain.vocabulary, self.domain.operator_arities
+        predicates = {p.name: p.arity for p in vocabulary.predicates}
+        predicates |= {derived.name: derived.arity for derived in vocabulary.derived}
+        return {
+            word: arities[name]
+            for arities in (predicates, actions)
+            for word, name in map_formula_safe_names_to_original_names(arities).items()
+        }
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
@@ -178,7 +188,7 @@ class SubgoalNotation:
 
 
 def read_subgoals_from_json_output_list(
-    text: str, names_without_arguments: Collection[str], keys_of_ignored_lists: Collection[str] = ()
+    text: str, arities: Mapping[str, int | None], keys_of_ignored_lists: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
     """Return the formulas in the list ``output`` of an answer's JSON object, or why they cannot be read.
 
@@ -187,10 +197,12 @@ def read_subgoals_from_json_output_list(
 
     Args:
         text: the answer.
-        names_without_arguments: names that take no objects.
+        arities: mapping from the names of predicates and actions to their numbers of objects.
         keys_of_ignored_lists: other keys of the JSON object whose values may be lists.
     """
-    reading = read_json(text, _make_subgoal_list_answer_format(frozenset(keys_of_ignored_lists)))
+    names_without_arguments = frozenset([name for name, arity in arities.items() if arity == 0])
+    form = _make_subgoal_list_answer_format(frozenset(arities), frozenset(keys_of_ignored_lists))
+    reading = read_json(text, form)
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
@@ -205,7 +217,9 @@ def read_subgoals_from_json_output_list(
 
 
 @lru_cache(16)
-def _make_subgoal_list_answer_format(keys_of_ignored_lists: frozenset[str]) -> AnswerFormat[list[str]]:
+def _make_subgoal_list_answer_format(
+    names: frozenset[str], keys_of_ignored_lists: frozenset[str]
+) -> AnswerFormat[list[str]]:
     def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
@@ -240,12 +254,15 @@ def _make_subgoal_list_answer_format(keys_of_ignored_lists: frozenset[str]) -> A
         is_part=contains_json_string,
         is_answer_line=_is_formula_or_output_key_line,
         flaw=find_flaw,
+        is_certain=lambda texts: not names.isdisjoint(_WORD.findall(" ".join(texts))),
     )
 
 
 def _is_formula_or_output_key_line(line: str) -> bool:
-    """Whether a line consists of a formula, or begins with the key of the subgoals."""
-    return _FORMULA_LINE.fullmatch(line) is not None
+    """Whether a line consists of formulas, or begins with the key of the subgoals."""
+    return _FORMULA_LINE.fullmatch(line) is not None or (
+        _CALL_WITHOUT_BLANK.search(line) is not None and consists_of_calls(line)
+    )
 
 
 def _add_missing_brackets(text: str, names_without_arguments: Collection[str]) -> str:

@@ -162,6 +162,7 @@ def _replace_underscore_before_number_with_dot(name: str) -> str:
 
 
 _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shirt", "t_shirt"))
+_ARITIES = {**PREDICATE_ARITIES, **ACTION_ARITIES, **dict.fromkeys(word for word, _ in _SPELLINGS)}
 
 
 class BehaviorSubgoalNotation(SubgoalNotation):
@@ -180,7 +181,7 @@ class BehaviorSubgoalNotation(SubgoalNotation):
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
-        written = read_subgoals_from_json_output_list(text, frozenset())
+        written = read_subgoals_from_json_output_list(text, _ARITIES)
         if isinstance(written, Unreadable):
             return written
         subgoals = tuple(map(_normalize_subgoal, written.subgoals))
@@ -225,7 +226,7 @@ class BehaviorGoalNotation(JsonGoalNotation):
     symmetric: ClassVar[frozenset[str]] = frozenset({"nextto", "touching"})
 
     def __init__(self) -> None:
-        super().__init__((GoalKind.STATE, GoalKind.RELATION))
+        super().__init__((GoalKind.STATE, GoalKind.RELATION), (*STATES, *RELATIONS))
 
     def normalize_word(self, text: str) -> str:
         """Return a word of an answer in lower case, with underscores as in the domain."""

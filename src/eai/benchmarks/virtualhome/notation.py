@@ -6,6 +6,7 @@ Goals name objects by class, because their prompts show no ids. Subgoals name ob
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
@@ -125,9 +126,10 @@ def _find_section_error(value: object) -> str | None:
     return None if not isinstance(value, JsonObject) else _find_unknown_section(value.members)
 
 
-def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
+def _find_unknown_section(members: Sequence[tuple[str, object]]) -> str | None:
+    times = Counter([key for key, _ in members])
     lists = [key for key, value in members if isinstance(value, list | JsonObject)]
-    repeated = [key for key in lists if lists.count(key) > 1]
+    repeated = [key for key in lists if times[key] > 1]
     if repeated:
         return f'the section "{repeated[0]}" occurs twice'
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
@@ -139,7 +141,15 @@ def _get_goal_sections_if_valid(sections: AnswerGoalSections) -> AnswerGoalSecti
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_goal_sections_format(_get_goal_sections_if_valid, _find_section_error)
+def _is_name_of_predicate_or_action(text: str) -> bool:
+    domain = virtualhome.make_domain_with_checks_in_paper_order()
+    is_predicate = text in PREDICATE_OF_RELATION or domain.vocabulary.find_arity(text) is not None
+    return is_predicate or text.upper() in domain.operator_arities
+
+
+_FORM = make_goal_sections_format(
+    _get_goal_sections_if_valid, _find_section_error, _is_name_of_predicate_or_action
+)
 
 
 def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -149,8 +159,8 @@ def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal 
 
 
 def _read_goal(field_names: tuple[str, ...], value: object) -> WrittenGoal | None:
-    """Return the goal that a JSON value states, or None if a field is missing."""
-    if not isinstance(value, JsonObject):
+    """Return the goal that a JSON value states, or None if a field is missing or a key occurs twice."""
+    if not isinstance(value, JsonObject) or value.repeated_key is not None:
         return None
     members = dict(value.members)
     fields = [field for name in field_names if isinstance(field := members.get(name), str)]
@@ -209,7 +219,6 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         self._predicates: dict[str, int | None] = {
             p.name: p.arity for p in self.domain.vocabulary.predicates if p.visible
         }
-        self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
     def get_domain_for_executing_subgoals(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
@@ -227,7 +236,8 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
         Actions without objects need no brackets.
         """
-        return read_subgoals_from_json_output_list(text, self._alone, ("actions_to_include",))
+        names = {**self._predicates, **self._actions}
+        return read_subgoals_from_json_output_list(text, names, ("actions_to_include",))
 
     def join(self, answer_parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""
