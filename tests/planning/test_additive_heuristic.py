@@ -139,6 +139,24 @@ def test_counting_more_objects_than_exist_is_unreachable(count: int) -> None:
         assert estimates.estimate(subgoal(goal)) == INFINITE
 
 
+def test_pairs_are_found_where_the_cheapest_pair_belongs_to_no_choice() -> None:
+    """The ball is already in the hall, but only there is room for the box."""
+    at_place, fits = Predicate("at", 2), Predicate("fits", 2, static=True)
+    thing, place = Variable("x", "thing"), Variable("y", "place")
+    checks = (affordance(fits(thing, place), "{x} does not fit into {y}"),)
+    domain = Domain(
+        "rooms",
+        Vocabulary((at_place, fits)),
+        (Operator("MOVE", (thing, place), checks, (Add(at_place(thing, place)),)),),
+    )
+    scene = Scene(domain.vocabulary, {"box": "thing", "ball": "thing", "hall": "place", "shed": "place"})
+    ball_in_hall = Fact("at", (1, 2))
+    state = scene.state([ball_in_hall, *(Fact("fits", pair) for pair in ((0, 2), (1, 2), (1, 3)))])
+    goal = ForPairs(thing, place, at_place(thing, place))
+    assert CostEstimates(AdditiveHeuristic(domain), state, range(4)).estimate(subgoal(goal)) == 2
+    assert len(Planner(domain).find_plan(state, PlanningGoal([goal]), range(4)).plan) == 2
+
+
 def chain(length: int) -> tuple[Domain, State, Formula]:
     """Return a domain in which each thing is made from the one before, with the last thing as the goal."""
     made, following = Predicate("made", 1), Predicate("following", 2, static=True)

@@ -85,7 +85,7 @@ def _augment_matching(
 
 
 def find_heaviest_matching(
-    weights: Sequence[Sequence[int | None]], size: int
+    weights: Sequence[Sequence[float | None]], size: int
 ) -> list[tuple[int, int]] | None:
     """Return the ``size`` cells of a table with the largest total weight, no two in one row or column.
 
@@ -123,7 +123,7 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
 
 
 def _extend_matching_by_one(
-    weights: Sequence[Sequence[int | None]], column_of_row: dict[int, int], min_gain: int | None = None
+    weights: Sequence[Sequence[float | None]], column_of_row: dict[int, int], min_gain: float | None = None
 ) -> bool:
     """Enlarge the matching by one cell, along the augmenting path that adds most weight.
 
@@ -155,12 +155,12 @@ class _AugmentingPaths(NamedTuple):
         last_row_by_column: row of the cell in which the path to each column ends.
     """
 
-    gain_by_column: dict[int, int]
+    gain_by_column: dict[int, float]
     last_row_by_column: dict[int, int]
 
 
 def _find_heaviest_augmenting_paths(
-    weights: Sequence[Sequence[int | None]],
+    weights: Sequence[Sequence[float | None]],
     column_of_row: Mapping[int, int],
     row_of_column: Mapping[int, int],
 ) -> _AugmentingPaths:
@@ -169,8 +169,8 @@ def _find_heaviest_augmenting_paths(
     A path starts in a row without a cell of the matching. It adds a cell, removes the matching's cell in the
     same column, goes on from the row of the removed cell, and so on.
     """
-    reached = {row: 0 for row in range(len(weights)) if row not in column_of_row}
-    gains: dict[int, int] = {}
+    reached = {row: 0.0 for row in range(len(weights)) if row not in column_of_row}
+    gains: dict[int, float] = {}
     came_from: dict[int, int] = {}
     queue = deque(reached)
     while queue:

@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.choice import AndNode, BipartiteMatchingNode, ExactCountNode, OrNode
+from eai.logic.matching import find_heaviest_matching
 from eai.planning.achievers import AchieversByPredicate, FailingConditionsByAction, GroundActions
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_object_indices_of_arguments
@@ -53,23 +54,16 @@ def choose_cheapest_subgoals_for_exact_count(
 def choose_cells_in_distinct_rows_and_columns(
     number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost
 ) -> list[Subgoal] | None:
-    """Choose ``number`` cells of a table, no two in one row or column, by a greedy choice.
+    """Choose ``number`` cells of a table with the lowest total cost, no two in one row or column.
 
-    The cheapest cell comes first, then the cheapest cell in other rows and columns, and so on. The result is
-    None if fewer cells are found.
+    No chosen cell has an infinite cost. The result is None if there is no such choice.
     """
-    ranked = sorted(
-        (price, i, j)
-        for i, row in enumerate(cells)
-        for j, cell in enumerate(row)
-        if cell is not None and (price := cost(cell)) < float("inf")
-    )
-    columns: dict[int, int] = {}
-    for _, i, j in ranked:
-        if len(columns) < number and i not in columns and j not in columns.values():
-            columns[i] = j
-    chosen = [cell for i, j in columns.items() if (cell := cells[i][j]) is not None]
-    return chosen if len(chosen) == number else None
+    weights = [
+        [None if cell is None or (price := cost(cell)) == float("inf") else -price for cell in row]
+        for row in cells
+    ]
+    pairs = find_heaviest_matching(weights, number)
+    return None if pairs is None else [cell for i, j in pairs if (cell := cells[i][j]) is not None]
 
 
 INFINITE = float("inf")
