@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from eai.logic.formula import (
+    FALSE,
     TRUE,
     Atom,
     Constant,
@@ -253,6 +254,33 @@ def test_goals_hold_where_they_hold_in_the_engine(goal: Formula) -> None:
         found.add(holds)
     impossible = (isinstance(goal, ForPairs) and goal.count == 2) or goal == TOO_MANY
     assert found == ({False} if impossible else {True, False})
+
+
+def test_goals_about_a_category_without_objects() -> None:
+    shoe = Variable("x", "shoe")
+    for goal, truth in ((ForAll(shoe, FALSE), True), (Exists(shoe, TRUE), False)):
+        exported = export_domain_and_problem(domain(), SCENE.state(()), (goal,))
+        executor = PddlPlanExecutor(exported.domain, exported.problem)
+        assert executor.holds(exported.problem.goal, executor.initial_state, {}) == truth
+
+
+def test_a_predicate_named_like_an_added_predicate_keeps_its_meaning() -> None:
+    """The export adds predicates for categories, for executed operators and for the order of objects."""
+    named = [Predicate(name, 1) for name in ("is-cup", "done-paint", "precedes")]
+    vocabulary = Vocabulary(tuple(named))
+    first = Let(X, is_a(X, "cup"), (Add(named[0](X)),))
+    paint = Operator("paint", (X,), (affordance(is_a(X, "cup"), "no cup"),), (first,))
+    initial = Scene(vocabulary, [WorldObject(name, "cup") for name in "ab"]).state([])
+    exported = export_domain_and_problem(Domain("toy", vocabulary, (paint,)), initial, (Occurs("paint"),))
+    assert check_problem(exported.problem, exported.domain) == ()
+    assert check_domain(exported.domain) == ()
+    executor = PddlPlanExecutor(exported.domain, exported.problem)
+    assert executor.initial_state.isdisjoint(
+        Atom(each.name, (Constant(name),)) for each in named for name in "ab"
+    )
+    after = executor.execute_step(executor.initial_state, PlanStep("paint", ("b",)))
+    assert not isinstance(after, str)
+    assert after - executor.initial_state == {Atom("is-cup", (Constant("a"),)), Atom("done-paint-2", ())}
 
 
 def test_goals_on_actions_are_remembered() -> None:

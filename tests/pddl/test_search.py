@@ -219,6 +219,7 @@ def test_work_is_bounded_however_many_variables_there_are(
         ("()", f"(forall ({EIGHT}) (when (forall ({EIGHT}) (near a ?x3)) (done)))", PlannerOutcome.SOLVED),
         ("(exists (?n - nobody) (near a b))", "(done)", PlannerOutcome.UNSOLVABLE),
         ("()", "(forall (?n - nobody) (done))", PlannerOutcome.UNSOLVABLE),
+        ("()", "(and (forall (?n) (when (near a ?n) (and))) (done))", PlannerOutcome.SOLVED),
     ],
 )
 def test_quantifiers_that_nothing_is_said_of_cost_nothing(

@@ -145,7 +145,7 @@ class PddlNamesByOriginalName(dict[str, str]):
         return self._meant[pddl_name]
 
     def _make_unused_name(self, name: str) -> str:
-        stem = _STRANGE.sub("_", name.lower())
+        stem = _STRANGE.sub("_", name.strip().lower())
         if not stem[:1].isalpha() or stem in _RESERVED:
             stem = f"x-{stem}"
         number, written = 1, stem
@@ -220,11 +220,11 @@ class PddlExportNames:
 
     def register_category_predicate(self, category: str) -> str:
         """Register the static predicate that holds for the objects of a category; return its PDDL name."""
-        return self.category_predicates.setdefault(category, self.predicates[f"is-{category}"])
+        return self.category_predicates.setdefault(category, self.predicates[f" is-{category}"])
 
     def register_execution_predicate(self, operator: str) -> str:
         """Return the predicate without arguments which states that the operator was executed."""
-        return self.execution_predicates.setdefault(operator, self.predicates[f"done-{operator}"])
+        return self.execution_predicates.setdefault(operator, self.predicates[f" done-{operator}"])
 
     def make_precedes_atom(self, first: f.Term, second: f.Term) -> f.Atom:
         """Return the atom which states that the first object has the lower index in the scene."""
@@ -407,9 +407,11 @@ def remove_hidden_predicates(
     whenever the formula holds. Otherwise these literals count as false: the formula holds whenever the result
     holds.
     """
+    if hidden_predicates.isdisjoint(find_predicates(formula)):
+        return formula
     match formula:
-        case f.Atom(predicate):
-            return (f.TRUE if weaken else f.FALSE) if predicate in hidden_predicates else formula
+        case f.Atom():
+            return f.TRUE if weaken else f.FALSE
         case f.Not(operand):
             return negate(remove_hidden_predicates(operand, hidden_predicates, weaken=not weaken))
         case f.And(operands):
@@ -426,8 +428,6 @@ def remove_hidden_predicates(
             )
         case f.Exists(variable, body) | f.ForAll(variable, body):
             inner = remove_hidden_predicates(body, hidden_predicates, weaken=weaken)
-            return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
+            return inner if inner == (f.TRUE if weaken else f.FALSE) else type(formula)(variable, inner)
         case _:
-            if hidden_predicates.isdisjoint(find_predicates(formula)):
-                return formula
             return f.TRUE if weaken else f.FALSE

@@ -208,9 +208,15 @@ def find_effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
 
 def find_effect_variables(effect: PddlEffect) -> frozenset[str]:
     """Return the names of the variables in an effect's atoms, and of the free variables of its conditions."""
-    return frozenset[str]().union(
-        *map(find_free_variables, (*find_effect_atoms(effect), *find_effect_conditions(effect)))
-    )
+    match effect:
+        case Add(atom) | Delete(atom):
+            return find_free_variables(atom)
+        case WhenEffect(condition, part):
+            return find_effect_variables(part) | find_free_variables(condition)
+        case ForAllEffect(part=part):
+            return find_effect_variables(part)
+        case AndEffect(parts):
+            return frozenset[str]().union(*map(find_effect_variables, parts))
 
 
 def map_effect_parts(
