@@ -122,6 +122,16 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Convert
     ]
 
 
+def test_a_derived_predicate_that_no_action_changes_makes_an_affordance() -> None:
+    source = read_domain(
+        """(define (domain d) (:predicates (p) (q) (r) (s) (t))
+        (:derived (r) (p)) (:derived (s) (r)) (:derived (t) (or (s) (q)))
+        (:action a :precondition (and (s) (t)) :effect (q)))"""
+    )
+    checks = ConvertedPddlDomain(source).domain.compiled_operators["a"].operator.checks
+    assert [check.fault for check in checks] == [FaultKind.AFFORDANCE, FaultKind.MISSING_STEP]
+
+
 def test_an_addition_wins_over_a_deletion(zoo: ConvertedPddlDomain) -> None:
     initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index

@@ -46,7 +46,14 @@ class ConvertedPddlDomain:
             atom.predicate for action in source.actions for atom in m.find_effect_atoms(action.effect)
         }
         derived = DerivedPredicates(source.axioms)
-        self._changing = changing | derived.axioms.keys()
+        self._changing = set(changing)
+        while new := {
+            axiom.name
+            for axiom in source.axioms
+            if axiom.name not in self._changing
+            and not self._changing.isdisjoint(find_predicates(axiom.condition))
+        }:
+            self._changing |= new
         plain = {name: self._make_derived_predicate(name, axioms) for name, axioms in derived.axioms.items()}
         defined: dict[str, DerivedPredicate] = {**plain}
         for cycle in dict.fromkeys(map(frozenset, derived.cycles.values())):
