@@ -11,6 +11,7 @@ from command_line import Command
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.files import is_domain_file, read_domain_text, read_problem_file, read_problem_text, read_text
+from eai.pddl.writer import write_effect
 from eai.tasks.source import Source
 from eai.tasks.task_files import find_task_files
 
@@ -161,6 +162,46 @@ def test_a_misspelt_word_of_a_domain_is_named_with_its_place(old: str, new: str,
     write(d=TWO.replace(old, new, 1), p=PROBLEM)
     with pytest.raises(InputError, match=message.replace("?", r"\?")):
         find_benchmark("pddl:d.pddl,p.pddl")
+
+
+DERIVED = """\
+(define (domain two)
+ (:predicates (p ?x) (r ?x))
+ (:derived (r ?y) (p ?y))
+ (:action mk :parameters (?x) :precondition () :effect (p ?x)))
+"""
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ("(r ?y ?z)", "expected r with as many arguments as are declared"),
+        ("(r ?y ?y)", "expected y once only"),
+        ("(q ?y)", "expected a declared predicate, not q"),
+    ],
+)
+def test_a_derived_predicate_fits_its_declaration(head: str, message: str) -> None:
+    write(d=DERIVED.replace("(r ?y)", head), p=PROBLEM)
+    assert refusal("pddl:d.pddl,p.pddl").startswith("d.pddl: line 3, column ")
+    assert message in refusal("pddl:d.pddl,p.pddl")
+
+
+def test_an_initial_fact_of_a_derived_predicate_is_refused_with_its_place() -> None:
+    write(d=DERIVED, p=PROBLEM.replace("(:init)", "(:init (r a))"))
+    expected = "p.pddl: line 4, column 10: expected facts from which r follows, as r is a derived predicate"
+    assert refusal("pddl:d.pddl,p.pddl") == expected
+
+
+@pytest.mark.parametrize("effect", ["{}", "(when (r ?x) {})", "(forall (?y) {})", "(and (p ?x) {})"])
+def test_costs_are_ignored_anywhere_in_an_effect(effect: str) -> None:
+    costs = TWO.replace(":effect (p ?x)", f":effect {effect.format('(increase (total-cost) 1)')}")
+    nothing = TWO.replace(":effect (p ?x)", f":effect {effect.format('(and)')}")
+    assert read_domain_text(costs, Path("d")) == read_domain_text(nothing, Path("d"))
+
+
+def test_a_predicate_may_be_called_increase() -> None:
+    domain = read_domain_text(TWO.replace("(r ", "(increase "), Path("d"))
+    assert [write_effect(action.effect) for action in domain.actions] == ["(p ?x)", "(increase ?x)"]
 
 
 def test_swapped_files_are_named() -> None:

@@ -103,7 +103,8 @@ def test_a_mistake_in_a_problem_has_its_place(old: str, new: str, place: str) ->
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("(full c)", "(full c) (above b) (above t) (on home home)"),
+        ("(full c)", "(full c) (on home home)"),
+        ("(full b)", "(and (full b) (above b) (above t))"),
         ("(full b)", "(exists (?x - (either box table)) (full ?x))"),
         ("(:domain d)", "(:domain D)"),
     ],

@@ -165,9 +165,12 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
         findings += _find_unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
     for axiom in domain.axioms:
         scope = {parameter.name: m.get_variable_type(parameter) for parameter in axiom.parameters}
-        place = f"condition of {axiom.name}"
-        findings += _find_unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
-        findings += _FormulaChecker(vocabulary, place).check_formula(axiom.condition, scope)
+        place, condition = f"derived predicate {axiom.name}", f"condition of {axiom.name}"
+        findings += _find_unknown_types(axiom.parameters, vocabulary, place)
+        findings += _find_duplicate_names([parameter.name for parameter in axiom.parameters], place)
+        head = f.Atom(axiom.name, tuple([f.Variable(parameter.name) for parameter in axiom.parameters]))
+        findings += _FormulaChecker(vocabulary, place).check_atom(head, scope)
+        findings += _FormulaChecker(vocabulary, condition).check_formula(axiom.condition, scope)
     for action in domain.actions:
         findings += check_action(action, vocabulary)
     return tuple(findings)

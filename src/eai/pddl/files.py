@@ -160,10 +160,26 @@ def read_problem_text(
         _check_constant_types(text, group, problem, domain, domain_file)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
         raise_for_findings(text, group, check_problem(problem, domain), vocabulary)
+        _refuse_derived_facts(text, group, problem, domain, vocabulary)
         if domain_file is not None:
             for section in (*_find_sections(group, ":init"), *_find_sections(group, ":goal")):
                 _check_argument_types(text, reader, section, {}, vocabulary)
     return ProblemFile(problem, path, text)
+
+
+def _refuse_derived_facts(
+    text: str,
+    group: ExpressionList,
+    problem: PddlProblem,
+    domain: PddlDomain,
+    vocabulary: PddlDeclarations,
+) -> None:
+    derived = {axiom.name for axiom in domain.axioms}
+    for name in [atom.predicate for atom in problem.initial if atom.predicate in derived]:
+        finding = PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, name, "initial state")
+        offset = find_offset_of_finding(finding, group, vocabulary)
+        expected = f"facts from which {name} follows, as {name} is a derived predicate"
+        raise make_pddl_error(text, offset, PddlViolationKind.MALFORMED, expected)
 
 
 def _check_argument_types(
@@ -344,22 +360,22 @@ def _find_unsupported_feature(group: ExpressionList, *, allow_numbers: bool) -> 
 
 
 def _remove_costs(group: ExpressionList) -> ExpressionList:
-    """Return the definition without functions, metric, increases of costs, and initial values of costs."""
+    """Return the definition without functions, metric and initial values of costs.
+
+    An increase of a cost becomes an effect that changes nothing.
+    """
     items: list[SExpr] = []
     for item in group.items:
-        if not isinstance(item, ExpressionList):
-            items.append(item)
-        elif not _is_cost_expression(item):
-            items.append(_remove_costs(item))
+        match item:
+            case ExpressionList((Symbol(":functions" | ":metric"), *_) | (Symbol("="), ExpressionList(), _)):
+                pass
+            case ExpressionList((Symbol("increase"), ExpressionList(), _)):
+                items.append(ExpressionList((Symbol("and", item.offset),), item.offset, item.end))
+            case ExpressionList():
+                items.append(_remove_costs(item))
+            case _:
+                items.append(item)
     return ExpressionList(tuple(items), group.offset, group.end)
-
-
-def _is_cost_expression(group: ExpressionList) -> bool:
-    match group.items:
-        case (Symbol(":functions" | ":metric" | "increase"), *_) | (Symbol("="), ExpressionList(), _):
-            return True
-        case _:
-            return False
 
 
 def _read_declared_predicates(group: ExpressionList) -> list[str]:
