@@ -263,3 +263,15 @@ def test_a_parse_error_beyond_the_paper_has_a_position_and_the_expected_text(
 
 def test_non_ascii_letters_may_follow_the_first() -> None:
     assert read("is_süß(kuchen)") == Atom("is_süß", (Constant("kuchen"),))
+
+
+def test_only_the_release_dialect_needs_an_ascii_letter_first() -> None:
+    text = "forall ы: ящик. (над(ы, ёж.2) or ы = стол)"
+    here = ForAll(
+        Variable("ы", "ящик"),
+        Or((Atom("над", (Variable("ы"), Constant("ёж.2"))), Equals(Variable("ы"), Constant("стол")))),
+    )
+    assert read(text) == here
+    for text in ("над(x)", "on(ёж)", "forall ы. (on(ы))"):
+        assert failure_of(text, "ltlf") is None
+        assert failure_of(text, "release") is not None

@@ -98,17 +98,19 @@ def map_formula_safe_names_to_original_names(original_names: Iterable[str]) -> d
 
 
 _BLANK = r"[ \t\f\r\n]*"
-_NAME = r"[a-zA-Z_\-]\w*"
+_NAME = r"(?:[^\W\d]|-)\w*"
+_RELEASE_NAME = r"[a-zA-Z_\-]\w*"
 _OBJECT = rf"{_NAME}(?:\.[0-9]+)?"
-_CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
+_CATEGORY = r"(?:[^\W\d]|-)[\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
+_RELEASE_PRIMITIVE = _PRIMITIVE.replace(_NAME, _RELEASE_NAME)
 
 _PREFIXED_CONSTANT = rf"(?:not|next|eventually|always){_BLANK}\({_BLANK}(?:true|false){_BLANK}\)"
 """Pattern of a prefix operator before a constant in brackets. The text looks like an atom: ``not(true)``."""
 
 _OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "release": re.compile(
-        rf"{_BLANK}(?:(?P<primitive>(?!not[a-zA-Z_\-]){_PRIMITIVE})|(?P<bracket>\()"
+        rf"{_BLANK}(?:(?P<primitive>(?!not[a-zA-Z_\-]){_RELEASE_PRIMITIVE})|(?P<bracket>\()"
         r"|(?P<word>not|forall|exists|forn))"
     ),
     "ltlf": re.compile(
@@ -169,6 +171,7 @@ class _LtlReader:
         self._text = text
         self._signature = signature
         self._is_release = dialect == "release"
+        self._name = _RELEASE_NAME if self._is_release else _NAME
         self._operands, self._joints = _OPERANDS[dialect], _OPERATORS[dialect]
         self._misuses: list[NameMisuse] = []
         self._position = 0
@@ -358,7 +361,7 @@ class _LtlReader:
         return int(digits)
 
     def _read_quantified_variable(self, expected_in_message: str, end_sign: str) -> f.Variable:
-        name, category = self._read_required_match(_NAME, expected_in_message), None
+        name, category = self._read_required_match(self._name, expected_in_message), None
         if not self._is_release and self._read_match(":") is not None:
             category = self._read_required_match(_CATEGORY, "a category")
         signs = [f"'{end_sign}'"] if self._is_release or category else [f"'{end_sign}'", "':'"]
@@ -366,7 +369,7 @@ class _LtlReader:
         return f.Variable(name, category)
 
     def _make_operand_error(self) -> ParseError:
-        name = self._read_match(_NAME if self._is_release else _OBJECT)
+        name = self._read_match(self._name if self._is_release else _OBJECT)
         if name is None:
             return self._make_error("a predicate or action", "a name", "'not'", "a quantifier", "'('")
         if not self._is_release and self._read_match("=") is not None:
@@ -375,10 +378,11 @@ class _LtlReader:
             return self._make_error("'='")
         if self._read_match(r"\(") is None:
             return self._make_error("'('") if self._is_release else self._make_error("'('", "'='")
-        if self._read_match(_OBJECT) is None:
+        object_name = _OBJECT.replace(_NAME, self._name)
+        if self._read_match(object_name) is None:
             return self._make_error("a name", "')'")
         while self._read_match(",") is not None:
-            if self._read_match(_OBJECT) is None:
+            if self._read_match(object_name) is None:
                 return self._make_error("a name")
         return self._make_error("')'", "','")
 
