@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from random import Random
@@ -21,7 +22,7 @@ from eai.agents.gym import ANY, IDS, AnyTextSpace, make
 from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.tasks.source import Source
-from eai.world import SlipSampler
+from eai.world import Operator, SlipSampler
 
 LAMPS = ROOT / "examples" / "lamps" / "lamps.py"
 TASKS = {
@@ -41,6 +42,17 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_benchmark_of_the_package_has_an_id() -> None:
     assert {*IDS} == {*TASKS}
     assert {*IDS, ANY} <= {*gymnasium.registry}
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [("DONE", {"until": "done"}), ("LOOK", {"until": "done"}), ("LOOK", {"feedback": "changes"})],
+)
+def test_no_action_has_the_name_of_a_command(name: str, options: dict[str, str]) -> None:
+    domain = replace(SWITCHES.domain, operators=(Operator(name, (), (), ()), *SWITCHES.domain.operators))
+    environment = make(replace(SWITCHES, domain=domain), **options)
+    with pytest.raises(InputError, match=f"the command {name} .* so no action may have this name"):
+        environment.reset(seed=0)
 
 
 @pytest.mark.parametrize("options", [{}, {"observe": "partial", "reward": "progress", "slip": 0.5}])

@@ -8,7 +8,7 @@ from functools import cached_property
 from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.agents.command import DONE, CommandNotation
+from eai.agents.command import DONE, LOOK, CommandNotation
 from eai.agents.observation import Observer, make_task_text
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
@@ -67,7 +67,7 @@ class GameSetup:
         find_reference: finds the shortest known plan and winning commands, on first use.
 
     Raises:
-        InputError: the task has no goals that can be reached, or an action has the name that ends an episode.
+        InputError: the task has no goals that can be reached, or an action is named like a command of agents.
     """
 
     def __init__(
@@ -79,9 +79,14 @@ class GameSetup:
     ) -> None:
         if task.unplannable_reason is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.unplannable_reason}")
-        if rules.until == "done" and DONE in benchmark.domain.operator_arities:
+        operators = benchmark.domain.operator_arities
+        if rules.until == "done" and DONE in operators:
             raise InputError(
                 f"{benchmark.name}: the command {DONE} ends episodes, so no action may have this name"
+            )
+        if (rules.until == "done" or rules.feedback == "changes") and LOOK in operators:
+            raise InputError(
+                f"{benchmark.name}: the command {LOOK} lists what is visible, so no action may have this name"
             )
         wording = benchmark.observation_wording()
         self.task = task
