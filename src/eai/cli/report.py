@@ -133,11 +133,17 @@ def report(
 def _draw_and_count_plots(
     out: Path, runs: Sequence[RunSummary], summary_rankings: Sequence[Ranking], formats: Sequence[str]
 ) -> int:
-    """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
+    """Draw the plots of a report and return their number, or print a remark if matplotlib is missing.
+
+    Raises:
+        InputError: a file cannot be written.
+    """
     try:
         return add_plots_to_report(
             out, runs, summary_rankings, formats, partial(show_scoring_progress, quiet=False)
         )
+    except InputError:
+        raise
     except EaiError as error:
         print_note(f"no plots: {error}")
         return 0

@@ -4,10 +4,12 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from typer.testing import CliRunner
 
+from eai.base.errors import InputError
 from eai.cli import app
 from record_files import write_records
 from results.verdicts import whole
@@ -76,6 +78,17 @@ def test_a_report_lists_runs_and_paper_models_by_rank(runs: Path) -> None:
     assert {table["name"] for table in as_json["tables"]} == {"overview"}
     old = write_runs(runs / "old", [action_run("third", "eai-1.0.5")])
     assert RUNNER.invoke(app, ["report", str(old), "--paper"]).output.count("(paper)") == 18
+
+
+def test_plots_that_cannot_be_added_to_the_report_are_an_error(
+    runs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk is no missing library, without which the report only lacks its plots."""
+    pytest.importorskip("matplotlib")
+    full = InputError("report.md: cannot be written (No space left on device)")
+    monkeypatch.setattr("eai.studies.report.plots.write_files_atomically", Mock(side_effect=full))
+    result = RUNNER.invoke(app, ["report", str(runs), "--out", str(runs / "out")])
+    assert result.exception is full
 
 
 def test_unanswered_tasks_are_reported_wherever_a_run_is_shown(tmp_path: Path) -> None:
