@@ -33,6 +33,14 @@ def test_a_command_that_ends_with_an_error_ends_the_demo(
     assert "--limit" in done.err
 
 
+def test_its_results_are_not_among_those_of_eai_run(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise `eai report runs` would find two runs of eai/noisy, and refuse them."""
+    ran: list[str] = []
+    monkeypatch.setattr(demo, "_print_and_run_command", ran.append)
+    assert eai("demo").status == 0
+    assert " --out demo" in ran[0]
+
+
 @pytest.mark.sweep
 def test_it_explains_an_answer_that_failed(data_store: DataPackStore, tmp_path: Path) -> None:
     done = in_own_process("demo", "--out", tmp_path / "demo")

@@ -28,7 +28,7 @@ _AFTER = {
 """Mapping from commands to try after the demo to descriptions of their results."""
 
 
-def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:
+def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("demo"), data: DataFolder = None) -> None:
     """See in a minute what eai does: score two built-in models, and explain a failed answer.
 
     Example: eai demo
