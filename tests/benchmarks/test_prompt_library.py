@@ -45,13 +45,22 @@ def test_a_users_templates_replace_single_templates(data_store: DataPackStore, t
 def test_unusable_prompt_files_are_an_error(data_store: DataPackStore, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder of prompts"):
         make_library(data_store, tmp_path / "none").open(*SUITE)
+    with pytest.raises(InputError, match="expected a folder of prompts"):
+        make_library(data_store, tmp_path).open(*SUITE)
     (tmp_path / "behavior_subgoal_decomposition.json").write_text('[{"identifier": "x", "llm_prompt": "?"}]')
     with pytest.raises(InputError, match="identifier 'x' is not one of the tasks"):
         make_library(data_store, tmp_path).open(*SUITE)
 
 
 @pytest.mark.parametrize(
-    "name", ["behaviour_action_sequencing.json", "action_sequences.txt", "formats/x.txt", "a/example.txt"]
+    "name",
+    [
+        "behaviour_action_sequencing.json",
+        "behavior_action_sequencing.jsonl",
+        "action_sequences.txt",
+        "formats/x.txt",
+        "a/example.txt",
+    ],
 )
 def test_a_file_that_replaces_nothing_is_an_error(
     data_store: DataPackStore, tmp_path: Path, name: str

@@ -297,8 +297,9 @@ def _replace_prompt_goals_by_believed_goals(
 
 
 def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
-    """Raise InputError if a path is not a folder, or if a file in it replaces no prompt and no template."""
-    if not folder.is_dir():
+    """Raise InputError if a path is no folder with prompts, or if a file in it replaces no prompt."""
+    files = find_files_below(folder, "*.json*", "*.txt*")
+    if not files:
         raise InputError(f"{folder}: expected a folder of prompts, with files such as BENCHMARK_ABILITY.json")
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))
     suites = {suite_name(name, ability) for name in names for ability in find_ability_entry_points()}
@@ -307,7 +308,7 @@ def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
         *(f"{suite}{ending}.json" for suite in suites for ending in ("", "_system")),
         *(f"formats/{suite}.txt" for suite in suites),
     }
-    for file in find_files_below(folder, "*.json", "*.txt"):
+    for file in files:
         if file.relative_to(folder).as_posix() not in expected_names:
             raise InputError(
                 f"{file}: no prompt or template has this name; expected <domain>_<ability>.json, "
