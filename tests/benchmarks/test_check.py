@@ -160,6 +160,19 @@ def test_an_exception_in_a_module_names_file_and_line(
     assert str(error.value).startswith(message)
 
 
+def test_a_module_in_the_folder_of_its_name_gets_a_hint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "nested_world").mkdir()
+    (tmp_path / "nested_world" / "nested_world.py").write_text("nested_world = 1")
+    monkeypatch.chdir(tmp_path)
+    invalidate_caches()
+    with pytest.raises(
+        InputError, match=r"it is a folder: run the command in the folder of nested_world\.py"
+    ):
+        find_benchmark("nested_world:nested_world")
+
+
 def test_an_exception_below_a_module_names_the_line_of_the_module(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

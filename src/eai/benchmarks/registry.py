@@ -278,7 +278,9 @@ def load_object(reference: str) -> Any:
     try:
         return getattr(imported, name)
     except AttributeError as error:
-        raise InputError(f"{reference}: {module} has no object {name!r}") from error
+        is_folder = getattr(imported, "__file__", "") is None
+        hint = f"; it is a folder: run the command in the folder of {module}.py" if is_folder else ""
+        raise InputError(f"{reference}: {module} has no object {name!r}{hint}") from error
 
 
 def _describe_import_error(module: str, reference: str, error: Exception | SystemExit) -> str:
