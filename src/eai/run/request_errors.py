@@ -58,6 +58,8 @@ def describe_error(error: BaseException) -> str:
     error = _find_error_of_last_try(error)
     if is_library_or_key_missing(error):
         return get_message_without_markup(error)
+    if type(error).__name__ == "AttemptTimeoutError":
+        return f"no reply within {re.sub('[^0-9]', '', str(error))} s (requests.timeout)"
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
     if isinstance(error, UNREADABLE):
