@@ -39,6 +39,9 @@ MAX_UNPACKED = 32_000_000
 UNPACKED_PER_BYTE = 50
 """Number of bytes added to `MAX_UNPACKED` for each byte of a compressed answer file."""
 
+_GZIP = b"\x1f\x8b"
+"""First bytes of a file that gzip wrote."""
+
 LOCK_FILE = "answers.lock"
 """Usual name of the file that a process locks in its output folder, to keep other processes out."""
 
@@ -158,6 +161,8 @@ def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
     except (InputError, ValueError, RecursionError) as error:
         where = "" if line is None else f", line {line}"
         problem = str(error) if isinstance(error, InputError) else f"expected JSON in UTF-8 ({error})"
+        if content.startswith(_GZIP):
+            problem = "expected JSON, found a compressed file; unpack it with gunzip"
         raise InputError(f"{path}{where}: {problem}") from error
     return value
 
