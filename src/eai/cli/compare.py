@@ -221,7 +221,7 @@ def _make_comparison_caption(comparison: RunComparison) -> str:
     """Return the caption of the table of differences, which names the statistical tests of its p values."""
     kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
-    together = " tasks of a name together; tasks: how many unlike ones say as much"
+    together = " tasks of one name as one case; tasks: number of independent tasks with as much information"
     return f"p: {', '.join(named)}" + (f",{together}" if comparison.names < comparison.tasks else "")
 
 

@@ -233,7 +233,7 @@ def _list_operator_statistics(library: OperatorLibrary) -> Iterator[_DataSetStat
     yield _DataSetStatistic("transition models", len(gold), "annotated operators")
     for label, words in (("preconditions", condition_predicates), ("effects", effect_predicates)):
         empty = sum(not predicates for predicates in words)
-        note = "distinct predicates of each operator, of one without any one"
+        note = "distinct predicates of each operator; 1 if it has none"
         yield _DataSetStatistic(label, sum(map(len, words)) + empty, note)
 
 
