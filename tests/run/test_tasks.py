@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Iterator
+from unittest.mock import Mock
 
 import pytest
 from inspect_ai.dataset import Sample
@@ -16,7 +17,7 @@ from eai.base.errors import EaiError, InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
-from eai.run.tasks import _SamplesFedToInspect, open_model_at_endpoint
+from eai.run.tasks import _require_finished_log, _SamplesFedToInspect, open_model_at_endpoint
 from eai.studies.variation import ModelEndpoint
 from protocols import PROTOCOLS
 from suites import official_prompts
@@ -34,6 +35,13 @@ def test_inspect_finds_every_suite_under_its_name() -> None:
     names = {*of_files, *(f"{domain}_{ability}" for domain in list_benchmarks() for ability in others)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
+
+
+def test_a_run_that_fails_says_that_it_can_be_resumed() -> None:
+    """A full disk, for example, ends Inspect's evaluation, but not the answers in the journal."""
+    log = Mock(status="error", error=Mock(message="Traceback\nOSError(28, 'No space left on device')\n"))
+    with pytest.raises(EaiError, match=r"No space left on device'\); .* the same command resumes from here$"):
+        _require_finished_log(Mock(), log)
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
