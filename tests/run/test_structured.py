@@ -46,6 +46,15 @@ def test_answers_with_and_without_a_schema_are_different_requests(
     assert asked == [1, 2, 2, 2]
 
 
+def test_another_key_is_no_other_request() -> None:
+    """A user who replaces a key would otherwise pay for all answers again."""
+    suite = open_suite("virtualhome", Ability.TRANSITION_MODELING)
+    prompts = {"27_2": Prompt("What does WALK need?")}
+    arguments = ({"api_key": "old"}, {"api_key": "new"}, {}, {"api_key": "new", "rate": 1})
+    digests = [QuestionJob(ModelEndpoint("a/b", each), suite, prompts).sha256 for each in arguments]
+    assert digests[0] == digests[1] == digests[2] != digests[3]
+
+
 def test_another_schema_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
     """The schema may be of another version, or of a domain whose words have changed since."""
     free = QuestionJob(

@@ -27,7 +27,7 @@ from eai.results.codec import hash_text
 from eai.results.trials import Conversation, ReplanningConversationFactory
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import ModelEndpoint
-from eai.tasks.options import Options
+from eai.tasks.options import Options, remove_secrets
 from eai.tasks.prompts.prompt import Prompt, make_memory_saving_prompt_mapping
 
 PROVIDER = "eai"
@@ -233,14 +233,14 @@ class QuestionJob:
         return make_answer_schema(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
-        """Return the digest of everything on which the answer to a prompt depends.
+        """Return the digest of everything on which the answer to a prompt depends. Keys are left out.
 
         A question that is repeated in a later attempt has another digest. Otherwise a resumed run would take
         the first answer for all attempts.
         """
         endpoint, decoding, schema = self.endpoint, self.decoding, self.make_answer_schema(task_id)
         decisive = (
-            (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
+            (endpoint.model, sorted(remove_secrets(endpoint.arguments).items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
             *sorted(decoding.provider_options.items()),

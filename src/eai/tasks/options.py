@@ -73,11 +73,12 @@ def _describe_wrong_value(value: Any) -> str:
 _SECRET = re.compile(r"(^|_)(key|token|secret|password|credentials|headers)$", re.IGNORECASE)
 
 
-def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
+def remove_secrets(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a model's arguments without keys, passwords and other secrets."""
     return {name: value for name, value in arguments.items() if not _SECRET.search(name)}
 
 
-Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
+Arguments = Annotated[dict[str, JsonValue], PlainSerializer(remove_secrets)]
 """Arguments that a user gives for a model. Keys and other secrets in them are never written to a file."""
 
 
