@@ -51,6 +51,13 @@ def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
         (wrapped(f"{OPEN}) {SHUT}"), ("stray_parenthesis",)),
         (wrapped(f"{OPEN[:-1]}\n{SHUT}"), ("closing_parenthesis",)),
         (wrapped(f"{SHUT}{BOTH}"), ("duplicate_operator",)),
+        (wrapped(f"; (:action wait)\n{BOTH}"), ()),
+        (wrapped(f"{BOTH}\n ; like (:action open :effect (shut ?o))"), ()),
+        (wrapped(f"{BOTH}\n; (:action wait\n;  :effect (shut k))"), ()),
+        (f"; (:action wait)\n{BOTH}", ("no_json",)),
+        (f"{BOTH}\n; (:action wait", ("no_json",)),
+        (f"(define (domain d)\n{BOTH})", ("no_json", "stray_parenthesis")),
+        (f"```pddl\n(define (domain d)\n{BOTH}\n```", ("no_json",)),
     ],
 )
 def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[str, ...]) -> None:
@@ -111,6 +118,10 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
         f'{SHUT}"}}',
         f"{OPEN}\n<think>{SHUT}",
         json.dumps({"output": OPEN, "rest": SHUT[14:]}),
+        wrapped(f"; {OPEN}"),
+        wrapped(f"{OPEN} ; {SHUT}"),
+        f"(define (domain d)\n{OPEN}",
+        wrapped("(:action open :precondition (shut ?o)) and :effect (wide ?o))"),
     ],
 )
 def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -> None:
@@ -169,6 +180,16 @@ def test_missing_and_stray_parentheses_are_repaired(text: str, repairs: tuple[st
             f"{HEAD} :precondition (when (a) (b)) :effect (wide ?o))",
             "precondition",
             PddlViolationKind.EFFECT_IN_CONDITION,
+        ),
+        (
+            f"{HEAD} :precondition (shut ?o) :effect (shut ?o) :effect (wide ?o))",
+            "effect",
+            PddlViolationKind.MALFORMED,
+        ),
+        (
+            f"{HEAD} :precondition (wide ?o) :precondition (shut ?o) :effect (wide ?o))",
+            "precondition",
+            PddlViolationKind.MALFORMED,
         ),
     ],
 )

@@ -11,6 +11,8 @@ following:
   or of a condition without nested parts;
 * ``stray_parenthesis``: there are too many parentheses after an operator or one of its parts;
 * ``duplicate_operator``: an operator is written twice; the last one counts.
+
+A line that begins with a semicolon is a comment, and operators in it do not count.
 """
 
 from __future__ import annotations
@@ -92,13 +94,14 @@ class ResultCache(Generic[K, V]):
 _HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
 _PART = re.compile(r":(parameters|precondition|effect)\b", re.IGNORECASE)
 _COMMENT = re.compile(r";[^\n]*")
+_COMMENT_LINE = re.compile(r"^[^\S\n]*;(?!\s*:action\b)[^\n]*", re.IGNORECASE | re.MULTILINE)
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _PARAMETERS_START = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 """Pattern of ``:parameters (``. Outside operators, it shows that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
-_HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
+_HEAD_IN_COMMENT = re.compile(r";(?:[^\n]*\(\s*|\s*):action\b[^\n]*", re.IGNORECASE)
 _NON_PDDL_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
 """Pattern of brackets that are not brackets of PDDL: those in smileys and after list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
@@ -160,6 +163,10 @@ def read_operators(
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
+    has_operators = _HEAD.search(text) is not None
+    text = _COMMENT_LINE.sub("", text)
+    if has_operators and _HEAD.search(text) is None:
+        return _mark_answer_as_unreadable(reading, "all operators are in comments")
     hidden = _HEAD_IN_COMMENT.search(text)
     piece = hidden[0][:40] if hidden else _find_part_with_unknown_keyword(_COMMENT.sub("", text))
     if piece is not None:
@@ -229,7 +236,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
     The answer is unreadable if the first operator lacks its beginning, or if reasoning is never closed.
     """
     thoughts = find_thoughts(answer)
-    body = blank_out_thoughts(thoughts, answer)
+    body = _COMMENT_LINE.sub(lambda line: " " * len(line[0]), blank_out_thoughts(thoughts, answer))
     heads = list(_HEAD.finditer(body))
     if not heads:
         return None
@@ -249,6 +256,10 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
     ):
         return None  # the answer was cut off, or is JSON of another form
+    words = _NON_PDDL_BRACKETS.sub("", _COMMENT.sub("", body))
+    is_definition_open = _DEFINITION.search(before) is not None and words.count("(") > words.count(")")
+    if is_definition_open and not is_wrapped and "```" not in after:
+        return Unreadable("the definition around the operators is not closed, as if the answer were cut off")
     last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
@@ -296,7 +307,8 @@ def _find_operator_end_before_prose(text: str) -> int | None:
         end = read_group(text).end
     except PddlError:
         return None
-    return end if text[end:].lstrip()[:1].isalpha() and _PARAMETERS_START.search(text, end) is None else None
+    rest = text[end:]
+    return end if rest.lstrip()[:1].isalpha() and not _has_end_of_operator_without_beginning(rest) else None
 
 
 def _read_operator_definition(
@@ -311,11 +323,16 @@ def _read_operator_definition(
     place = f"operator {name}"
     try:
         parts = _split_operator_into_parts(text, name, head.end() if head else 0)
+        keywords = [part.keyword for part in parts]
         for part in parts:
             place = f"{part.keyword} of {name}"
             group, made = _read_list_and_repairs(part)
             repairs |= dict.fromkeys(made)
             try:
+                if keywords.count(part.keyword) > 1:
+                    raise make_pddl_error(
+                        part.text, 0, PddlViolationKind.MALFORMED, f":{part.keyword} once only"
+                    )
                 action = _add_part_to_operator(action, part, group)
                 allowed.add(part.keyword)
             except PddlError as error:
@@ -325,7 +342,11 @@ def _read_operator_definition(
     has_parameters = all(finding.place != f"parameters of {name}" for finding in unread)
     is_known = not unread or (has_parameters and not allowed.isdisjoint(("precondition", "effect")))
     return WrittenOperator(
-        name, action if is_known else None, tuple(unread), tuple(repairs), text_length_before_comment_removal
+        name,
+        action if is_known else None,
+        tuple(dict.fromkeys(unread)),
+        tuple(repairs),
+        text_length_before_comment_removal,
     )
 
 
