@@ -45,6 +45,11 @@ def remove_sign(answer: AnswerInParts, lots: random.Random) -> str:
     return answer.text[:position] + answer.text[position + 1 :]
 
 
+def insert_bracket(answer: AnswerInParts, lots: random.Random) -> str:
+    position = lots.randrange(len(answer.text))
+    return answer.text[:position] + lots.choice("[](){}") + answer.text[position:]
+
+
 def remove_letter(answer: AnswerInParts, lots: random.Random) -> str:
     position = lots.choice([match.start() for match in re.finditer(r"\w", answer.text)])
     return answer.text[:position] + answer.text[position + 1 :]
@@ -105,6 +110,7 @@ def write_lines(answer: AnswerInParts) -> AnswerInParts:
 DAMAGES: tuple[Damage, ...] = (
     cut_end,
     remove_sign,
+    insert_bracket,
     remove_letter,
     malform_step,
     remove_brackets,

@@ -58,6 +58,28 @@ def score(store: DataPackStore, name: str, ability: Ability, task_id: str, text:
             '["soap"]}, {"GRAB": ["soap"]}, {"WALK": ["washing_machine"]}]',
             "the parts need a list around them",
         ),
+        ('{"WALK": ["soap"]}, "GRAB": ["soap"]}', "looks like a part of the answer"),
+        (f'{PLAN}\nAlso add "SWITCHON": ["washing_machine"].', "looks like a part of the answer"),
+        (f"{PLAN}\nFinally, SWITCHON(washing_machine)", "looks like a part of the answer"),
+        (
+            f'{PLAN}\nand then:\n{{"OPEN": ["washing_machine"], "CLOSE": ["washing_machine"]}}',
+            "stands outside",
+        ),
+        (f'Option A: {PLAN}\nOption B: {{"WALK": ["soap"], "GRAB": ["soap"]}}', "stands outside"),
+        ('[{"WALK": ["soap"]}] + [{"GRAB": ["soap"]}]', "stands outside"),
+        ('{"W\\ALK": ["soap"]}\n{"GRAB": ["soap"]}', "line 1, column 1"),
+        ('{"WALK": ["soap"]}\n{"GRAB": ["soap"]}\n{S"WITCHON": ["soap"]}', "line 3, column 1"),
+        (
+            '[{"action": "WALK", "object": "soap", "step": {"action": "GRAB", "object": "soap"}}]',
+            'step 1 has the unknown key "step"',
+        ),
+        ("WALK(soap)\nGRAB(soap)\nWAL", "line 3 is no step of a plan"),
+        ("WALK(soap)\nGRAB(soap)\n...", "line 3 is no step of a plan"),
+        ("W'ALK(soap)\nGRAB(soap)", "line 1 is no step of a plan"),
+        ("1. WALK(soap)\n2. GRAB(soap)\n3.", "line 3: a list number stands without its step"),
+        ("1. WALK(soap)\n2. GRAB(soap)\n3", "line 3 is no step of a plan"),
+        ("9)\nWALK(soap)\nGRAB(soap)", "line 1: a list number stands without its step"),
+        ("1. WALK(soap)\n3. GRAB(soap)", "line 1: the numbers of the steps have a gap"),
     ],
 )
 def test_an_incomplete_plan_is_a_parsing_error(data_store: DataPackStore, text: str, reason: str) -> None:

@@ -97,6 +97,15 @@ _SEPARATORS_OR_NUMBERS = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=
 It shows that the values belong together.
 """
 _SEPARATORS = re.compile(r"[\s,;]*")
+_SEPARATORS_OR_CONNECTIVES = re.compile(
+    r"(?:[^\w`]|\b\d+\b|(?<!`)`{3,}(?!`)[\w+-]*"
+    r"|(?i:\b(?:and|or|then|next|also|finally|after(?:wards| that)|alternatively)\b)"
+    r"|(?i:\b(?:part|phase|stage|step|option) ?\w\b))*"
+)
+"""Pattern of a text that does not say whether the value before it or the value after it is the answer.
+
+A run of backticks matches as a whole, so the time stays linear.
+"""
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
 _CALL = re.compile(r"(?<![\w.])[\w.]+\s*\([^()]*\)")
@@ -291,6 +300,7 @@ class _AnswerReader(Generic[T]):
     def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form
         self.strays: list[_BracketedText] = []
+        self.invalid_objects: list[_BracketedText] = []
         self.thoughts = find_thoughts(text)
         self.removed: tuple[str, ...] = ("reasoning",) if self.thoughts else ()
         self.text = blank_out_thoughts(self.thoughts, text)
@@ -377,6 +387,8 @@ class _AnswerReader(Generic[T]):
                     error = None
             elif is_part and error is None:
                 error = self._report_unreadable_value(bracketed_text, decoded)
+            elif isinstance(decoded, _InvalidJson) and inside.startswith("{"):
+                self.invalid_objects.append(bracketed_text)
         return values if error is None else error
 
     def _report_unreadable_value(
@@ -408,6 +420,10 @@ class _AnswerReader(Generic[T]):
         stray = self._find_closing_bracket_of_unopened_list(chosen, has_pieces=has_pieces)
         if stray is not None:
             return self._report_unreadable_value(stray, _InvalidJson(_UNOPENED, stray.start))
+        for other in self.invalid_objects if has_pieces else ():
+            around = [self.text[min(other.end, one.end) : max(other.start, one.start)] for one in chosen]
+            if any(map(_SEPARATORS_OR_NUMBERS.fullmatch, around)):
+                return self._report_unread_text(other)
         if self.form.join is not None and gaps and has_pieces:
             between = next(
                 (
@@ -425,11 +441,12 @@ class _AnswerReader(Generic[T]):
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
         last = chosen[-1].meaning
-        are_adjacent = self.form.is_single and any(map(_contains_no_words, texts))
-        if (are_adjacent and not _are_value_texts_equal_ignoring_blanks(self.text, chosen)) or any(
-            self.form.are_halves(value.meaning, last) for value in chosen[:-1]
-        ):
-            return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
+        for (one, other), between in zip(pairwise(chosen), texts, strict=True):
+            are_adjacent = self.form.is_single and _SEPARATORS_OR_CONNECTIVES.fullmatch(between)
+            if (are_adjacent and not _are_equal_ignoring_blanks(self.text, one, other)) or (
+                self.form.are_halves(one.meaning, last)
+            ):
+                return self._report_unread_text(_BracketedText(one.start, other.end))
         return self._make_parsed_answer(chosen[-1:], last, ())
 
     def _find_closing_bracket_of_unopened_list(
@@ -541,12 +558,9 @@ def _find_ranges_between(ranges: Iterable[_TextRange], length: int) -> Iterator[
         yield position, length
 
 
-def _contains_no_words(text: str) -> bool:
-    return _SEPARATORS_OR_NUMBERS.fullmatch(_FENCE_MARK.sub(" ", text)) is not None
-
-
-def _are_value_texts_equal_ignoring_blanks(answer_text: str, values: Sequence[_ValueInText[T]]) -> bool:
-    return len({"".join(answer_text[value.start : value.end].split()) for value in values}) == 1
+def _are_equal_ignoring_blanks(answer_text: str, one: _ValueInText[T], other: _ValueInText[T]) -> bool:
+    words, other_words = (answer_text[value.start : value.end].split() for value in (one, other))
+    return "".join(words) == "".join(other_words)
 
 
 def _format_line_and_column(text: str, position: int) -> str:
@@ -619,7 +633,7 @@ def _read_answer_and_repairs_from_json_value(
         if inner is None or isinstance(decoded, _InvalidJson):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
-    if isinstance(value, list) and len(value) == 1 and _contains_json_object(value[0]):
+    if isinstance(value, list) and len(value) == 1 and contains_json_object(value[0]):
         item = _read_answer_and_repairs_from_json_value(value[0], form, max_depth - 1)
         return None if item is None else (item[0], ("wrapper_list", *item[1]))
     if not isinstance(value, JsonObject):
@@ -659,9 +673,10 @@ def consists_of_calls(text: str) -> bool:
     return others != text and not _CONNECTIVE_OR_SIGN.sub("", others)
 
 
-def _contains_json_object(value: object) -> bool:
+def contains_json_object(value: object) -> bool:
+    """Whether a JSON value is an object, or a list that contains an object at any depth."""
     return isinstance(value, JsonObject) or (
-        isinstance(value, list) and any(map(_contains_json_object, value))
+        isinstance(value, list) and any(map(contains_json_object, value))
     )
 
 

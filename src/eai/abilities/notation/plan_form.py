@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.abilities.answer_text import AnswerFormat, JsonObject, read_json
+from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_object, read_json
 from eai.abilities.verdict import AnswerSpan, Unreadable
 
 ACTION, OBJECT = "action", "object"
@@ -41,7 +41,7 @@ STEP_FORM = "step_form"
 LETTER_CASE = "letter_case"
 """Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
 
-_LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.)]|\d+\s*:|:)*"
+_LABEL = r"(?i:[\s*_>#,;-]|•|step\b|(?:first|and|then|next|also|finally|lastly)\b|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS_AFTER_ACTION = 3
@@ -133,7 +133,10 @@ def make_plan_format(
         ),
         is_part=lambda text: part.search(text) is not None,
         is_answer_line=lambda text: line is not None and _is_step_line(line, text),
-        is_text_with_part=lambda text: line is not None and _has_step_and_few_other_words(text, line, names),
+        is_text_with_part=lambda text: (
+            line is not None
+            and (text.casefold() in names or _has_step_and_few_other_words(text, line, names))
+        ),
         flaw=lambda value: _find_flaw_in_step_list(value, read_steps_in_list_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
@@ -187,7 +190,9 @@ def _compile_json_step_and_step_line_patterns(
         return re.compile(_KEY), None
     names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
     part = rf"""{_KEY}|["'“‘]\s*(?:{names})\s*["'”’]"""
-    line = rf"""(?:{_LABEL})["'“‘`\[({{]*(?P<name>{names})\b(?P<rest>.*)"""
+    line = (
+        rf"""(?:{_LABEL})["'“‘`\[({{]*(?P<name>{names})\b(?P<rest>.*)|.*["'“‘]\s*(?:{names})\s*["'”’]\s*:"""
+    )
     return re.compile(part), re.compile(line)
 
 
@@ -198,6 +203,8 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
     match = line_pattern.match(text)
     if match is None:
         return False
+    if match["name"] is None:
+        return True
     rest = match["rest"].strip()
     if rest[:1] in tuple("""([{:"'<`"""):
         return True
@@ -261,8 +268,9 @@ def find_unknown_keys(step: JsonObject) -> list[str]:
     """Return those keys of a JSON object that belong neither to a step nor to remarks on the step."""
     return [
         key
-        for key, _ in step.members
-        if key not in (ACTION, *_OBJECT_KEYS) and key.lower() not in _REMARK_KEYS
+        for key, value in step.members
+        if key not in (ACTION, *_OBJECT_KEYS)
+        and (key.lower() not in _REMARK_KEYS or contains_json_object(value))
     ]
 
 

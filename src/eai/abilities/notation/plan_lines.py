@@ -1,10 +1,10 @@
 """Plans with one step a line, as planners, text games and small models write them.
 
 Each line is a step, a comment, a list number alone, or prose before or after the plan. A line cannot be prose
-if it begins with the name of an action, stands between steps, has an unclosed bracket, or consists of a step
-and a few other words. If such a line cannot be read as a step, the answer is unreadable. In every notation,
-lines such as ``WALK(soap)`` or ``1. walk soap`` are read if the answer has no JSON, and the verdict notes the
-repair ``action_lines``.
+if it begins with the name of an action, stands between steps, has an unclosed bracket, stands for omitted
+steps, or consists of a step and a few other words. The last line can be the beginning of a step. If such a
+line cannot be read as a step, the answer is unreadable. In every notation, lines such as ``WALK(soap)`` or
+``1. walk soap`` are read if the answer has no JSON, and the verdict notes the repair ``action_lines``.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, AnswerFormat
@@ -49,9 +50,15 @@ ACTION_LINES = "action_lines"
 
 _CALL = re.compile(r"([\w-]+)\s*\(([^()]*)\)")
 _COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})")
-_OBJECTS_ALONE = re.compile(r"\([\w.-]+(?:\s*,\s*[\w.-]+)*\)")
+_CALL_OR_OBJECTS = re.compile(r"[^\s()]+\s*\([^()]*\)|\([\w.-]+(?:\s*,\s*[\w.-]+)*\)")
+_OMISSIONS = ("..", "...", "....", "[...]", "(...)", "<...>", "…", "etc", "etc.")
+"""Lines that stand for omitted steps."""
+
 _EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
 _SMILEY = re.compile(r"[:;]-?[()]")
+_MAX_DIGITS = 9
+"""List numbers with at least this many digits are ignored."""
+
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
 
@@ -64,7 +71,7 @@ class _PlanLine(NamedTuple):
         end: position after the line's last character.
         text: the line without comments, number or list sign, and outer space.
         block_number: number of code-fence marks before the line; odd inside a code fence.
-        has_label: whether the line begins with a number or a list sign.
+        label: the number or list sign at the beginning of the line, or an empty text.
         step: the step that the line states, or None.
         has_prose: whether the line has a step with a title or a remark beside it. If the remark contains a
             second step, ``step`` is None.
@@ -74,7 +81,7 @@ class _PlanLine(NamedTuple):
     end: int
     text: str
     block_number: int
-    has_label: bool
+    label: str
     step: WrittenStep | None
     has_prose: bool
 
@@ -160,8 +167,7 @@ def _has_unpaired_bracket(text: str) -> bool:
 
 
 def _has_form_of_call(line: str) -> bool:
-    words = line.strip(CHARACTERS_AROUND_STEP)
-    return _CALL.fullmatch(words) is not None or _OBJECTS_ALONE.fullmatch(words) is not None
+    return _CALL_OR_OBJECTS.fullmatch(line.strip(CHARACTERS_AROUND_STEP)) is not None
 
 
 def read_plan_lines(
@@ -174,9 +180,9 @@ def read_plan_lines(
     """Return a plan with one step a line, or None if the text has no step.
 
     A text that consists of comments is a plan without steps. If several code fences have steps, the last
-    fence with steps has the plan. The answer is unreadable in two cases. First, the plan is a single step,
+    fence with steps has the plan. The answer is unreadable in three cases. First, the plan is a single step,
     and an earlier fence has a different step. Second, the previous fence with steps has a different plan, and
-    no words stand between the two fences.
+    no words stand between the two fences. Third, the list numbers have a gap or stand without steps.
 
     Args:
         text: the answer.
@@ -216,14 +222,25 @@ def read_plan_lines(
     ]:
         reason = "the code fence before has another plan, and no words between say which one counts"
         return _report_unreadable_line(body, plan[0], spans, reason)
+    if _have_numbers_gap(plan):
+        return _report_unreadable_line(body, plan[0], spans, "the numbers of the steps have a gap")
+    others = {
+        line.start
+        for line in lines
+        if line.start not in starts
+        and (not block or line.block_number == block or line.block_number % 2 == 0)
+    }
+    numbers = [line for line in lines if line.start in others and not line.text]
+    unnumbered = [line for line in plan if not line.label]
+    if numbers and (len(numbers) != len(unnumbered) or numbers[-1].start > plan[-1].start):
+        return _report_unreadable_line(body, numbers[-1], spans, "a list number stands without its step")
     for line in lines:
-        if line.start not in starts and (
-            block == 0 or line.block_number == block or line.block_number % 2 == 0
-        ):
+        if line.start in others:
             is_between = plan[0].start < line.start < plan[-1].start
             if line.text and (
                 is_between
                 or _is_line_of_plan(line, names)
+                or (line is lines[-1] and _is_beginning_of_step(line.text, names))
                 or looks_like_step(line.text)
                 or has_step_and_few_other_words(line.text, read_step, actions)
             ):
@@ -240,7 +257,7 @@ def read_plan_lines(
     repairs |= dict.fromkeys(["wide_characters"] if plain != outside else [])
     repairs |= dict.fromkeys(["prose"] if any(line.has_prose for line in plan) else [])
     repairs |= dict.fromkeys(["code_fence"] if block else [])
-    repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
+    repairs |= dict.fromkeys(["numbered"] if any(line.label for line in plan) else [])
     taken = tuple([line.step for line in plan if line.step is not None])
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
@@ -299,7 +316,7 @@ def _read_plan_line(
         if step is not None
         else find_step_and_whether_line_has_other_text(rest, read_step, actions)
     )
-    return _PlanLine(start, end, rest, block_number, label is not None, step, has_prose)
+    return _PlanLine(start, end, rest, block_number, label[0] if label else "", step, has_prose)
 
 
 def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
@@ -307,7 +324,21 @@ def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in action_names
     words = _SMILEY.sub("", line.text)
-    return line.step is not None or line.has_prose or is_named or words.count("(") != words.count(")")
+    is_open = words.count("(") != words.count(")")
+    return line.step is not None or line.has_prose or is_named or is_open or words.lower() in _OMISSIONS
+
+
+def _is_beginning_of_step(text: str, action_names: Collection[str]) -> bool:
+    """Whether a text is a number, or the first letters of an action, as at the end of a cut answer."""
+    return text.isdigit() or any(name.startswith(text.casefold()) for name in action_names)
+
+
+def _have_numbers_gap(plan: Sequence[_PlanLine]) -> bool:
+    """Whether the list numbers of steps rise, but do not begin with 0 or 1 or leave out a number."""
+    digits = [re.findall(r"\d+", line.label) for line in plan]
+    numbers = [int(found[0]) for found in digits if len(found) == 1 and len(found[0]) < _MAX_DIGITS]
+    rises = len(numbers) == len(plan) and all(one < other for one, other in pairwise(numbers))
+    return rises and (numbers[0] > 1 or numbers[-1] - numbers[0] >= len(numbers))
 
 
 def _report_unreadable_line(
