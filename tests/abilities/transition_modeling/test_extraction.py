@@ -55,6 +55,7 @@ def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
         (wrapped(f"{BOTH}\n ; like (:action open :effect (shut ?o))"), ()),
         (wrapped(f"{BOTH}\n; (:action wait\n;  :effect (shut k))"), ()),
         (f"; (:action wait)\n{BOTH}", ("no_json",)),
+        (f"{OPEN} ; its effect (that it is open) counts\n{SHUT}", ("no_json",)),
         (f"{BOTH}\n; (:action wait", ("no_json",)),
         (f"(define (domain d)\n{BOTH})", ("no_json", "stray_parenthesis")),
         (f"```pddl\n(define (domain d)\n{BOTH}\n```", ("no_json",)),
@@ -122,6 +123,9 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
         wrapped(f"{OPEN} ; {SHUT}"),
         f"(define (domain d)\n{OPEN}",
         wrapped("(:action open :precondition (shut ?o)) and :effect (wide ?o))"),
+        wrapped("(:action open :precondition (shut ?o) )effect (wide ?o))"),
+        wrapped(OPEN.replace(":effect", "; opens it :effect")),
+        OPEN.replace(":precondition", ";precondition"),
     ],
 )
 def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -> None:
@@ -132,6 +136,11 @@ def test_an_end_of_json_without_its_beginning_is_named() -> None:
     answer = read_operators(f'{BOTH}"}}', ResultCache())
     assert isinstance(answer, Unreadable)
     assert answer.reason == "the answer ends as a JSON object whose beginning is missing"
+
+
+def test_many_semicolons_are_searched_once() -> None:
+    operators, _ = read(wrapped(f"{BOTH} {';' * 500_000}"))
+    assert len(operators) == 2
 
 
 def test_many_blanks_before_an_operator_are_searched_once() -> None:

@@ -94,6 +94,8 @@ class ResultCache(Generic[K, V]):
 _HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
 _PART = re.compile(r":(parameters|precondition|effect)\b", re.IGNORECASE)
 _COMMENT = re.compile(r";[^\n]*")
+_PART_START = re.compile(r"[(:]|(?:parameters|precondition|effect)\s*\(", re.IGNORECASE)
+"""Pattern of the beginning of a text that belongs to an operator and is not prose after it."""
 _COMMENT_LINE = re.compile(r"^[^\S\n]*;(?!\s*:action\b)[^\n]*", re.IGNORECASE | re.MULTILINE)
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
@@ -101,7 +103,10 @@ _ESCAPE = re.compile(r'\\(["\\nrt])')
 _PARAMETERS_START = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 """Pattern of ``:parameters (``. Outside operators, it shows that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
-_HEAD_IN_COMMENT = re.compile(r";(?:[^\n]*\(\s*|\s*):action\b[^\n]*", re.IGNORECASE)
+_PART_IN_COMMENT = re.compile(
+    r"(?:\A;|\()\s*:action\b|\b(?:parameters|precondition|effect)\s*\(\s*(?:[?)]|[\w-]+\s*[?(])",
+    re.IGNORECASE,
+)
 _NON_PDDL_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
 """Pattern of brackets that are not brackets of PDDL: those in smileys and after list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
@@ -167,8 +172,8 @@ def read_operators(
     text = _COMMENT_LINE.sub("", text)
     if has_operators and _HEAD.search(text) is None:
         return _mark_answer_as_unreadable(reading, "all operators are in comments")
-    hidden = _HEAD_IN_COMMENT.search(text)
-    piece = hidden[0][:40] if hidden else _find_part_with_unknown_keyword(_COMMENT.sub("", text))
+    hidden = next(filter(_PART_IN_COMMENT.search, _COMMENT.findall(text)), None)
+    piece = hidden[:40] if hidden else _find_part_with_unknown_keyword(_COMMENT.sub("", text))
     if piece is not None:
         return _mark_answer_as_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     first = _HEAD.search(text)
@@ -397,7 +402,7 @@ def _read_list_and_repairs(part: _OperatorKeywordSection) -> tuple[ExpressionLis
     rest = part.text[group.end :].strip()
     if part.last and not _BRACKET.search(rest):
         return group, (_CLOSING,)
-    is_closed = rest.startswith(")") and rest.lstrip(") \n\t\r")[:1] not in ("(", ":")
+    is_closed = rest.startswith(")") and _PART_START.match(rest.lstrip(") \n\t\r")) is None
     if part.last and is_closed:
         return group, (_STRAY,) if ")" in rest[1:] else ()
     if not part.last and _STRAYS.fullmatch(rest):
