@@ -10,7 +10,7 @@ from eai.abilities.verdict import (
     make_rate_contribution_of_answer,
     sum_confusion_counts,
 )
-from eai.results.rate import NOTHING, Rate, compute_rates
+from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
 from eai.tasks.share import Share
 
 counts = st.integers(0, 50)
@@ -39,6 +39,19 @@ def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tu
         for name, share in make_confusion_shares("x", sum_confusion_counts(confusions)).items()
     }
     assert compute_rates(make_confusion_shares("x", c) for c in confusions) == whole
+
+
+@given(st.data())
+def test_rates_do_not_depend_on_the_order_of_answers(data: st.DataObject) -> None:
+    fractions = st.fractions(0, 1, max_denominator=30).map(float)
+    shares = data.draw(
+        st.lists(st.builds(Share, st.sampled_from([0.1, 0.5]) | fractions, counts), min_size=1)
+    )
+    permuted = data.draw(st.permutations(shares))
+    rate = compute_rate(shares)
+    assert compute_rate(permuted) == rate
+    by_metric = compute_rates([{"a": share} for share in permuted])["a"]
+    assert repr(by_metric) == repr(rate)  # 1 and 1.0 are written differently in summary.json
 
 
 @given(st.integers(1, 50), counts, counts)

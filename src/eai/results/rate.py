@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from math import fsum
 from typing import TypeAlias
 
 from eai.abilities.verdict import ShareByMetric
@@ -87,14 +88,15 @@ def _to_exact_number(number: float | Exact) -> Exact:
 
 
 def compute_rate(shares: Iterable[Share]) -> Rate:
-    """Return a rate: the sum of the numerators over the sum of the denominators."""
-    numerator = denominator = 0.0
-    for more, of in shares:
-        numerator += more
-        denominator += of
-    return Rate(_convert_to_int_if_whole(numerator), _convert_to_int_if_whole(denominator))
+    """Return a rate, the sum of the numerators over the sum of the denominators, as `compute_rates` does."""
+    all_shares = list(shares)
+    return Rate(
+        _convert_to_int_if_whole(fsum([share.numerator for share in all_shares])),
+        _convert_to_int_if_whole(fsum([share.denominator for share in all_shares])),
+    )
 
 
 def _convert_to_int_if_whole(number: float | Exact) -> float:
-    """Return the number as an integer if it is whole, else as a float."""
-    return int(number) if number == int(number) else float(number)
+    """Return the number, rounded to a float, as an integer if it is whole."""
+    rounded = float(number)
+    return int(rounded) if rounded.is_integer() else rounded
