@@ -22,8 +22,10 @@ from eai.world.execution import Trajectory, execute_plan, to_trace
 from eai.world.frame import UNBOUND, ConditionTest, SlotAllocator
 from eai.world.state import Scene, State
 
-ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
-"""Variables that stand for the objects of an action. No formula can use their names, which contain spaces."""
+
+def make_variables_of_action_arguments(count: int) -> tuple[Variable, ...]:
+    """Return variables for the objects of an action. No formula has their names, which contain spaces."""
+    return tuple([Variable(f"argument {number}") for number in range(1, count + 1)])
 
 
 _MAX_CACHED_SHARES = 1_000
@@ -36,14 +38,19 @@ Plans often end in equal states.
 class StateTest:
     """A test of a formula about one state, compiled for a scene.
 
-    The formula names objects by their names in the scene. It has no free variables except
-    `ACTION_ARGUMENTS`, which stand for the objects of an action.
+    The formula names objects by their names in the scene. It has no free variables except those of
+    `make_variables_of_action_arguments`.
+
+    Args:
+        formula: the formula.
+        scene: the scene.
+        argument_count: number of objects of the action that is executed in the state; 0 without an action.
 
     Attributes:
         truth: evaluates the formula, given a state and a copy of `binding`. Quantifiers write their objects
             into the copy.
-        binding: the values of variables at the start of a test. The variables `ACTION_ARGUMENTS`, for the
-            objects of an action, have no value yet.
+        binding: the values of variables at the start of a test. The variables for the objects of an action
+            have no value yet.
 
     Raises:
         DomainError: the formula is not about one state, or uses an unknown predicate or object.
@@ -51,10 +58,10 @@ class StateTest:
 
     __slots__ = ("binding", "truth")
 
-    def __init__(self, formula: Formula, scene: Scene) -> None:
-        frame = SlotAllocator(ACTION_ARGUMENTS)
+    def __init__(self, formula: Formula, scene: Scene, argument_count: int = 0) -> None:
+        frame = SlotAllocator(make_variables_of_action_arguments(argument_count))
         self.truth: ConditionTest = ConditionCompiler(scene.vocabulary, frame).compile_test(formula)
-        self.binding = frame.bind_arguments(scene, (UNBOUND, UNBOUND))
+        self.binding = frame.bind_arguments(scene, (UNBOUND,) * argument_count)
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether the formula holds in a state.

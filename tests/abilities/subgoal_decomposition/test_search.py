@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import pytest
 from hypothesis import given, settings
@@ -24,7 +25,21 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic import semantics
-from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
+from eai.logic.formula import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exists,
+    Formula,
+    Leaf,
+    Occurs,
+    Term,
+    Then,
+    Variable,
+)
 from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.signature import FormulaSignature
@@ -379,6 +394,18 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
     )
     made = [in_scene(part, scene) for part in parts]
     assert_progress_agrees(made[0] if len(made) == 1 else Then(tuple(made)), trajectory)
+
+
+@pytest.mark.parametrize("objects", ["abc", "aba", "ab", "", "axc", "xxy"])
+def test_progress_agrees_on_actions_with_three_objects(objects: str) -> None:
+    scene = Scene(Vocabulary((Predicate("held", 1),)), [WorldObject(name, "thing") for name in "abc"])
+    state = scene.state([("held", (0,))])
+    x, y = Variable("x"), Variable("y")
+    terms = [{"x": x, "y": y}.get(name, Constant(name)) for name in objects]
+    goal = Exists(x, Exists(y, And((Atom("held", (Constant("a"),)), Occurs("carry", tuple(terms))))))
+    for arguments in product(range(3), repeat=3):
+        carried = Step(Action("carry", arguments), None)
+        assert_progress_agrees(goal, Trajectory((state, state), (carried,)))
 
 
 def test_one_position_meets_at_most_one_part() -> None:

@@ -37,7 +37,7 @@ from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.traversal import is_state_formula, walk_subformulas
 from eai.planning.search import SearchEffort
-from eai.tasks.goal_test import ACTION_ARGUMENTS, StateTest
+from eai.tasks.goal_test import StateTest, make_variables_of_action_arguments
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.execution import Step, Trajectory, attempt_action
@@ -63,34 +63,37 @@ class _GoalPart:
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the formula holds at a position: in a state, and for the action taken in the state."""
         if action is None or action.operator not in self._actions:
-            return self._test(None)(state)
-        return self._test(action.operator)(state, action.arguments)
+            return self._test(None, 0)(state)
+        return self._test(action.operator, len(action.arguments))(state, action.arguments)
 
-    def _compile_test_for_taken_action(self, action_name: str | None) -> StateTest:
+    def _compile_test_for_taken_action(self, action_name: str | None, argument_count: int) -> StateTest:
         """Return a test of this part of the goal for states in which the agent takes the named action.
 
         The name is None if the agent takes no action, or an action that does not occur in the formula.
         """
+        arguments = make_variables_of_action_arguments(argument_count)
         formula = self._formula
         at_action = (
-            rewrite_leaves(formula, lambda leaf, _: _evaluate_action_leaf(leaf, action_name))
+            rewrite_leaves(formula, lambda leaf, _: _evaluate_action_leaf(leaf, action_name, arguments))
             if self._actions
             else formula
         )
-        return StateTest(at_action, self._scene)
+        return StateTest(at_action, self._scene, argument_count)
 
 
-def _evaluate_action_leaf(leaf: f.Leaf, taken_action: str | None) -> f.Formula:
+def _evaluate_action_leaf(
+    leaf: f.Leaf, taken_action: str | None, taken_arguments: tuple[f.Variable, ...]
+) -> f.Formula:
     """Return an atomic formula, simplified for states in which the agent takes a given action.
 
     A formula that demands this action becomes a test of the action's objects. A formula that demands another
-    action becomes false. All other formulas stay.
+    action, or another number of objects, becomes false. All other formulas stay.
     """
     if not isinstance(leaf, f.Occurs):
         return leaf
-    if leaf.action != taken_action:
+    if leaf.action != taken_action or len(leaf.arguments) != len(taken_arguments):
         return f.FALSE
-    pairs = zip(leaf.arguments, ACTION_ARGUMENTS, strict=False)
+    pairs = zip(leaf.arguments, taken_arguments, strict=True)
     return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
 
 
