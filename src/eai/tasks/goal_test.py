@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
-from operator import mul
-from typing import TypeAlias
+from itertools import compress
 
 from eai.base.errors import InputError
 from eai.logic.choice import AndOrTree, build_and_or_tree
@@ -108,10 +107,8 @@ class GoalTest:
         self._actions = tuple(
             [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         )
-        shares = [_divide_credit_among_goal_kinds(goal) for goal in task.goals_not_about_hazards]
-        shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
-        self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
-        self._totals = tuple([_halve_credit(sum(of_kind)) for of_kind in self._shares])
+        credits = [_divide_credit_among_goal_kinds(goal) for goal in task.goals_not_about_hazards]
+        self._credits_by_kind = tuple([tuple([credit[kind] for credit in credits]) for kind in range(3)])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
         self._tally_cache: dict[tuple[bool, ...], TalliesByGoalKind] = {}
 
@@ -126,8 +123,9 @@ class GoalTest:
             trajectory: the whole execution; None if nothing was executed.
         """
         reached = [test.truth(final, test.binding.copy()) for test in self._tests]
-        for number in self._find_indices_of_met_action_goals(self._actions, actions) if self._actions else ():
-            reached[self._action_indices[number]] = True
+        if self._actions:
+            for number in self._find_indices_of_met_action_goals(self._actions, actions):
+                reached[self._action_indices[number]] = True
         if self._over_time:
             trace = to_trace(trajectory or Trajectory((final,), ()))
             for place, formula in self._over_time.items():
@@ -146,7 +144,7 @@ class GoalTest:
 
     def meets_goals_about_states(self, final: State) -> bool:
         """Whether a final state meets the task's goals about states."""
-        return all(test.truth(final, test.binding.copy()) for test in self._state_tests)
+        return all(test(final) for test in self._state_tests)
 
     def find_partial_success(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
         """Return the partial success of a plan: the share of met conditions in the option with most success.
@@ -186,8 +184,11 @@ class GoalTest:
         """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
-            satisfied = [_halve_credit(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            tallies = self._tally_cache[reached] = TalliesByGoalKind(*map(Share, satisfied, self._totals))
+            shares = [
+                Share(_add_credit(compress(credits, reached)), _add_credit(credits))
+                for credits in self._credits_by_kind
+            ]
+            tallies = self._tally_cache[reached] = TalliesByGoalKind(*shares)
         return tallies
 
     def _find_indices_of_met_action_goals(
@@ -327,25 +328,20 @@ def _are_action_goals_met_in_order(
     return all(any(action in wanted for action in left) for wanted in alternative_actions_of_goals)
 
 
-_HalfPointsByGoalKind: TypeAlias = tuple[int, int, int]
-"""One reached goal in halves: how many halves count for states, for relations and for actions.
-
-The sum of the three numbers is 2.
-"""
-
-
-def _divide_credit_among_goal_kinds(goal: Goal) -> _HalfPointsByGoalKind:
-    """Return how many halves of a goal count for states, for relations and for actions.
+def _divide_credit_among_goal_kinds(goal: Goal) -> tuple[float, float, float]:
+    """Return how much of a goal counts for states, for relations and for actions. The sum is 1.
 
     A goal about states and relations counts half for each. Every other goal counts wholly for its kind.
     """
     if goal.kind is GoalKind.ACTION:
-        return 0, 0, 2
+        return 0, 0, 1
     binary = {len(part.arguments) > 1 for part in walk_subformulas(goal.formula) if isinstance(part, Atom)}
     if binary == {True, False}:
-        return 1, 1, 0
-    return (0, 2, 0) if binary == {True} else (2, 0, 0)
+        return 0.5, 0.5, 0
+    return (0, 1, 0) if binary == {True} else (1, 0, 0)
 
 
-def _halve_credit(half_goals: int) -> int | float:
-    return half_goals / 2 if half_goals % 2 else half_goals // 2
+def _add_credit(credit_of_goals: Iterable[float]) -> int | float:
+    """Return the sum of the credit of goals, as an integer if it is whole."""
+    total = sum(credit_of_goals)
+    return int(total) if total == int(total) else total
