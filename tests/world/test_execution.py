@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import pytest
 
+from eai.logic.formula import TRUE
 from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain_truth, holds
 from eai.logic.signature import FormulaSignature
-from eai.world.action import Action
+from eai.world.action import Action, Fault
+from eai.world.domain import Domain
 from eai.world.execution import describe_fault, execute_plan, to_trace
 from eai.world.fault import FaultKind
+from eai.world.operator import Operator, OperatorAlternative, missing_step
 from world import toy
 
 
@@ -47,6 +50,16 @@ def test_the_first_failing_step_is_diagnosed(steps: list[str], kind: FaultKind, 
     assert (trajectory.failure.kind, trajectory.failure.earlier) == (kind, earlier)
     assert len(trajectory.steps) == len(steps), "what follows a fatal step is not tried"
     assert len(trajectory.states) == len(steps)
+
+
+def test_a_wrong_order_names_the_state_in_which_its_own_check_passed() -> None:
+    checks = missing_step(toy.holding(toy.X), "{x} is not held"), toy.BESIDE
+    wipe = Operator(
+        "WIPE", (toy.X,), (), (), alternatives=tuple(OperatorAlternative(TRUE, (c,), ()) for c in checks)
+    )
+    domain = Domain("wiping", toy.VOCABULARY, (*toy.DOMAIN.operators, wipe))
+    steps = plan("LIFT red", "DROP red", "GO shed", "WIPE red")
+    assert execute_plan(domain, toy.initial(), steps).failure == Fault(FaultKind.WRONG_ORDER, checks[0], 1)
 
 
 def test_an_additional_step_is_skipped_and_counted() -> None:

@@ -110,18 +110,14 @@ def _diagnose_fault(
     For each failed check, `Domain.history_rule` searches for an earlier state in which the check's conditions
     held. If it finds a state, the steps were in a wrong order, so a wrong order is among the faults.
     """
-    kinds: dict[FaultKind, Check] = {}
-    earlier = None
+    faults: dict[FaultKind, Fault] = {}
     for failure in operator.find_failures(history.state, binding):
         check = failure.check.check
-        kinds.setdefault(check.fault, check)
+        faults.setdefault(check.fault, Fault(check.fault, check))
         index = domain.history_rule(failure, binding, history)
         if index is not None:
-            kinds.setdefault(FaultKind.WRONG_ORDER, check)
-            earlier = index if earlier is None else max(earlier, index)
-    kind = min(kinds, key=domain.precedence.index)
-    earlier = earlier if kind is FaultKind.WRONG_ORDER else None
-    return Fault(kind, kinds[kind], earlier)
+            faults.setdefault(FaultKind.WRONG_ORDER, Fault(FaultKind.WRONG_ORDER, check, index))
+    return faults[min(faults, key=domain.precedence.index)]
 
 
 def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
