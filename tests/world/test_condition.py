@@ -25,6 +25,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.traversal import find_free_variables
+from eai.world import condition
 from eai.world.condition import ConditionCompiler, FormulaEvaluator
 from eai.world.derived import ComputedPredicate, LookupPredicate
 from eai.world.domain import Domain
@@ -199,3 +200,17 @@ def test_formulas_are_evaluated_with_their_free_variables() -> None:
         index["lamp"],
     ]
     assert list(readings.find_witnesses(Variable("y", "box"), body, {"x": shed}, start)) == [index["blue"]]
+
+
+def test_an_evaluator_caches_a_limited_number_of_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(condition, "_MAX_CACHED_FORMULAS", 5)
+    evaluator, start = FormulaEvaluator(toy.VOCABULARY), toy.initial()
+    index = start.scene.index
+    for name in ["red", "lamp"] * 10:  # each formula is a new object, perhaps with the id of an earlier one
+        formula, held_at = toy.at(X, Constant(name)), toy.at(Y, X)
+        assert not evaluator.holds(formula, {"x": index[name]}, start)
+        place = index["hall" if name == "red" else "shed"]
+        assert index[name] in evaluator.find_witnesses(Y, held_at, {"x": place}, start)
+        assert max(len(evaluator._truths), len(evaluator._filters)) <= 5
+    assert evaluator._truths
+    assert evaluator._filters

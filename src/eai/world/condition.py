@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
@@ -391,8 +392,24 @@ def _compile_filter_by_stored_predicate(
     return lambda state, binding, among: state.binary[relation].column(binding[target]) & among
 
 
-_CompiledTest: TypeAlias = tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]
-"""A formula, its free variables in alphabetical order, the `SlotAllocator` of its frame, and its test."""
+_MAX_CACHED_FORMULAS = 10_000
+"""Maximum number of compiled tests, and of compiled filters, that a `FormulaEvaluator` caches."""
+
+_CompiledFunction = TypeVar("_CompiledFunction", ConditionTest, ObjectFilter)
+
+
+@dataclass(frozen=True, slots=True)
+class _CompiledFormula(Generic[_CompiledFunction]):
+    """A formula, which is kept so that its id stays unique, with its function and the function's frame.
+
+    The slots after that of the agent hold the values of `variables`: the free variables in alphabetical
+    order, without the open variable of a filter.
+    """
+
+    formula: f.Formula
+    variables: tuple[str, ...]
+    frame: SlotAllocator
+    function: _CompiledFunction
 
 
 class FormulaEvaluator:
@@ -403,41 +420,45 @@ class FormulaEvaluator:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
-        self._truths: dict[int, _CompiledTest] = {}
-        self._filters: dict[
-            tuple[int, str], tuple[f.Formula, tuple[str, ...], SlotAllocator, ObjectFilter]
-        ] = {}
+        self._truths: dict[int, _CompiledFormula[ConditionTest]] = {}
+        self._filters: dict[tuple[int, str], _CompiledFormula[ObjectFilter]] = {}
 
     def list_free_variables(self, formula: f.Formula) -> tuple[str, ...]:
         """Return the names of the free variables of a formula, in alphabetical order."""
-        return self._get_compiled_test(formula)[1]
+        return self._get_compiled_test(formula).variables
 
     def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state; ``scope`` maps its free variables to object indices."""
-        _, names, frame, truth = self._truths.get(id(formula)) or self._get_compiled_test(formula)
-        return truth(state, frame.bind_arguments(state.scene, [scope[name] for name in names]))
+        test = self._truths.get(id(formula)) or self._get_compiled_test(formula)
+        arguments = [scope[name] for name in test.variables]
+        return test.function(state, test.frame.bind_arguments(state.scene, arguments))
 
-    def _get_compiled_test(self, formula: f.Formula) -> _CompiledTest:
-        compiled = self._truths.get(id(formula))
-        if compiled is None:
+    def _get_compiled_test(self, formula: f.Formula) -> _CompiledFormula[ConditionTest]:
+        test = self._truths.get(id(formula))
+        if test is None:
+            if len(self._truths) >= _MAX_CACHED_FORMULAS:
+                self._truths = {}
             names = tuple(sorted(find_free_variables(formula)))
             frame = SlotAllocator([f.Variable(name) for name in names])
-            truth = ConditionCompiler(self._vocabulary, frame).compile_test(formula)
-            compiled = self._truths[id(formula)] = (formula, names, frame, truth)
-        return compiled
+            function = ConditionCompiler(self._vocabulary, frame).compile_test(formula)
+            test = self._truths[id(formula)] = _CompiledFormula(formula, names, frame, function)
+        return test
 
     def find_witnesses(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State
     ) -> Iterator[int]:
         """Yield the values of a quantified formula's variable for which the body holds in a state."""
         key = (id(body), variable.name)
-        compiled = self._filters.get(key)
-        if compiled is None:
+        matching = self._filters.get(key)
+        if matching is None:
+            if len(self._filters) >= _MAX_CACHED_FORMULAS:
+                self._filters = {}
             names = tuple(sorted(find_free_variables(body) - {variable.name}))
             frame = SlotAllocator([f.Variable(name) for name in (*names, variable.name)])
             conditions = ConditionCompiler(self._vocabulary, frame)
-            object_filter = conditions.compile_filter(body, len(names) + 1, frame.scope)
-            compiled = self._filters[key] = (body, names, frame, object_filter)
-        _, names, frame, object_filter = compiled
-        binding = frame.bind_arguments(state.scene, [*[scope[name] for name in names], UNBOUND])
-        return iterate_bits(object_filter(state, binding, state.scene.get_category_mask(variable.category)))
+            function = conditions.compile_filter(body, len(names) + 1, frame.scope)
+            matching = self._filters[key] = _CompiledFormula(body, names, frame, function)
+        arguments = [*[scope[name] for name in matching.variables], UNBOUND]
+        binding = matching.frame.bind_arguments(state.scene, arguments)
+        among = state.scene.get_category_mask(variable.category)
+        return iterate_bits(matching.function(state, binding, among))
