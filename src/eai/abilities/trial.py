@@ -146,12 +146,11 @@ class MultiAttemptTrial:
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """Execute a plan in the present world, which earlier plans may have changed."""
-        start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed_actions
+        start = len(self.episode.trajectory.steps)
         until = self.is_goal_reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
-        trajectory, slipped = self.episode.trajectory_from(start), isinstance(ended, Slip)
         return Execution(
-            trajectory, _get_operator_names(before), slipped=slipped, whole_trajectory=self.episode.trajectory
+            self.episode.trajectory_from(start), self.episode.trajectory, slipped=isinstance(ended, Slip)
         )
 
     def is_goal_reached(self, episode: Episode) -> bool:

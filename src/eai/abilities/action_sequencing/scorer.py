@@ -220,7 +220,7 @@ class ActionSequencingScorer(PlanScorer):
         self._tried += len(trajectory.steps)
         if self._tried > _MAX_CACHED_OUTCOMES:
             self._outcomes, self._tried = {}, 0
-        return Execution(trajectory)
+        return Execution(trajectory, trajectory)
 
     def _execute_and_assess(
         self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor
@@ -284,9 +284,7 @@ class ActionSequencingScorer(PlanScorer):
         return VerdictExplanation(
             self._write_notes_on_repairs_and_task_exclusion(verdict.repairs),
             report_steps(self.task, self.domain, execution.trajectory),
-            report_goals(
-                self.task, verdict.goals_satisfied, execution.whole_trajectory or execution.trajectory
-            ),
+            report_goals(self.task, verdict.goals_satisfied, execution.whole_trajectory),
         )
 
     def _write_notes_on_repairs_and_task_exclusion(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
@@ -298,7 +296,7 @@ class ActionSequencingScorer(PlanScorer):
         return self.goals.evaluate_each_goal(
             self._get_final_state(execution),
             execution.names_of_all_executed_actions,
-            execution.whole_trajectory or execution.trajectory,
+            execution.whole_trajectory,
         )
 
     def _get_final_state(self, execution: Execution) -> State:

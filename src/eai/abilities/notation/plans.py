@@ -98,20 +98,18 @@ class Execution(NamedTuple):
 
     Attributes:
         trajectory: the trajectory of this plan alone, from the state in which it began.
-        earlier_actions: names of the actions that were executed in this world before the plan.
+        whole_trajectory: the trajectory since the beginning of this world.
         slipped: whether the plan ended because an action slipped (had no effect).
-        whole_trajectory: the trajectory since the beginning of this world; None if it equals ``trajectory``.
     """
 
     trajectory: Trajectory
-    earlier_actions: tuple[str, ...] = ()
+    whole_trajectory: Trajectory
     slipped: bool = False
-    whole_trajectory: Trajectory | None = None
 
     @property
     def names_of_all_executed_actions(self) -> list[str]:
         """Names of all actions that were executed in this world."""
-        return [*self.earlier_actions, *[action.operator for action in self.trajectory.executed_actions]]
+        return [action.operator for action in self.whole_trajectory.executed_actions]
 
 
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]

@@ -231,15 +231,14 @@ class _TrialWithRandomFailures(MultiAttemptTrial):
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """Execute a plan until the first slip (random failure), failed action, or state with all goals."""
         episode = self.episode
-        start, before = len(episode.trajectory.steps), episode.trajectory.executed_actions
+        start = len(episode.trajectory.steps)
         slipped = False
         for action in actions:
             slipped = self.slip_sampler is not None and self.slip_sampler.draw_whether_next_action_slips()
             outcome = episode.append_slipped_step(action) if slipped else episode.act(action)
             if slipped or isinstance(outcome, Fault) or self.is_goal_reached(episode):
                 break
-        names = tuple([action.operator for action in before])
-        return Execution(episode.trajectory_from(start), names, slipped=slipped)
+        return Execution(episode.trajectory_from(start), episode.trajectory, slipped)
 
     def try_answer(self, text: str) -> Attempt:
         """Execute an answer as the next attempt.
