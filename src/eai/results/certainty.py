@@ -146,11 +146,13 @@ def compute_rate_with_residuals_of_sampling_units(
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
     return _RateWithResidualsOfSamplingUnits(
-        value,
-        centre,
-        {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
-        ((1 - centre) / units, -centre / units),
-        {unit: share.denominator / whole for unit, share in parts.items()},
+        value=value,
+        centre=centre,
+        residual_by_unit={
+            unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()
+        },
+        possible_residuals_of_pseudo_unit=((1 - centre) / units, -centre / units),
+        weights={unit: share.denominator / whole for unit, share in parts.items()},
     )
 
 
@@ -167,14 +169,16 @@ def compute_weighted_mean_of_rates(
             `compute_rate_with_residuals_of_sampling_units`; the weights sum to 1.
     """
     return _RateWithResidualsOfSamplingUnits(
-        sum(weight * rate.value for weight, rate in weighted_rates),
-        sum(weight * rate.centre for weight, rate in weighted_rates),
-        _sum_weighted_numbers_by_unit([(weight, rate.residual_by_unit) for weight, rate in weighted_rates]),
-        tuple(
+        value=sum(weight * rate.value for weight, rate in weighted_rates),
+        centre=sum(weight * rate.centre for weight, rate in weighted_rates),
+        residual_by_unit=_sum_weighted_numbers_by_unit(
+            [(weight, rate.residual_by_unit) for weight, rate in weighted_rates]
+        ),
+        possible_residuals_of_pseudo_unit=tuple(
             sum(weight * rate.possible_residuals_of_pseudo_unit[index] for weight, rate in weighted_rates)
             for index in (0, 1)
         ),
-        _sum_weighted_numbers_by_unit([(weight, rate.weights) for weight, rate in weighted_rates]),
+        weights=_sum_weighted_numbers_by_unit([(weight, rate.weights) for weight, rate in weighted_rates]),
     )
 
 
@@ -188,16 +192,18 @@ def compute_rate_difference_with_residuals(
     second, or in neither. These four cases are equally likely.
     """
     return _RateWithResidualsOfSamplingUnits(
-        second.value - first.value,
-        second.centre - first.centre,
-        _sum_weighted_numbers_by_unit([(1, second.residual_by_unit), (-1, first.residual_by_unit)]),
-        tuple(
+        value=second.value - first.value,
+        centre=second.centre - first.centre,
+        residual_by_unit=_sum_weighted_numbers_by_unit(
+            [(1, second.residual_by_unit), (-1, first.residual_by_unit)]
+        ),
+        possible_residuals_of_pseudo_unit=tuple(
             b - a
             for a, b in product(
                 first.possible_residuals_of_pseudo_unit, second.possible_residuals_of_pseudo_unit
             )
         ),
-        _sum_weighted_numbers_by_unit([(0.5, first.weights), (0.5, second.weights)]),
+        weights=_sum_weighted_numbers_by_unit([(0.5, first.weights), (0.5, second.weights)]),
     )
 
 
@@ -299,19 +305,20 @@ def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIn
     )
     if largest == 1:
         return _compute_confidence_intervals_of_rate(contributions)
-    shares = (
-        Share(contribution.share.numerator / largest, contribution.share.denominator)
+    scaled = [
+        contribution._replace(
+            share=Share(contribution.share.numerator / largest, contribution.share.denominator)
+        )
         for contribution in contributions
-    )
-    certainty = _compute_confidence_intervals_of_rate(
-        [contribution._replace(share=s) for contribution, s in zip(contributions, shares, strict=True)]
-    )
+    ]
+    certainty = _compute_confidence_intervals_of_rate(scaled)
     if certainty is None:
         return None
-    by_name, by_task = (
-        Interval(low * largest, high * largest) for low, high in (certainty.interval, certainty.by_task)
+    return replace(
+        certainty,
+        interval=Interval(*(bound * largest for bound in certainty.interval)),
+        by_task=Interval(*(bound * largest for bound in certainty.by_task)),
     )
-    return replace(certainty, interval=by_name, by_task=by_task)
 
 
 def _compute_confidence_intervals_of_rate(contributions: TaskRateContributions) -> ConfidenceIntervals | None:
@@ -344,20 +351,16 @@ def compute_intervals_of_weighted_mean(
     Args:
         parts: the weight of each rate, with the contributions of tasks to the rate; the weights sum to 1.
     """
-    tasks = [
-        (weight, compute_rate_with_residuals_of_sampling_units(sum_shares_by_task(contributions)))
-        for weight, contributions in parts
-    ]
-    names = [
-        (weight, compute_rate_with_residuals_of_sampling_units(sum_shares_by_task_name(contributions)))
-        for weight, contributions in parts
-    ]
-    complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
-    if len(complete[0]) < len(parts):
-        return None
-    by_task, by_name = (
-        _make_wilson_interval_inputs(compute_weighted_mean_of_rates(rates)) for rates in complete
-    )
+    inputs = []
+    for sum_shares in (sum_shares_by_task, sum_shares_by_task_name):
+        weighted_rates = []
+        for weight, contributions in parts:
+            rate = compute_rate_with_residuals_of_sampling_units(sum_shares(contributions))
+            if rate is None:
+                return None
+            weighted_rates.append((weight, rate))
+        inputs.append(_make_wilson_interval_inputs(compute_weighted_mean_of_rates(weighted_rates)))
+    by_task, by_name = inputs
     return _make_confidence_intervals(by_task, by_name, _compute_wilson_interval)
 
 
@@ -369,21 +372,15 @@ def compute_difference_intervals(
     They are in percentage points, symmetric around the second rate minus the first. The result is None if a
     denominator is zero.
     """
-    pairs = [
-        (
-            compute_rate_with_residuals_of_sampling_units(sums(first)),
-            compute_rate_with_residuals_of_sampling_units(sums(second)),
-        )
-        for sums in (sum_shares_by_task, sum_shares_by_task_name)
-    ]
-    both_inputs = [
-        _make_confidence_interval_inputs(compute_rate_difference_with_residuals(one, other))
-        for one, other in pairs
-        if one and other
-    ]
-    if len(both_inputs) < len(pairs):
-        return None
-    by_task, by_name = both_inputs
+    inputs = []
+    for sum_shares in (sum_shares_by_task, sum_shares_by_task_name):
+        one = compute_rate_with_residuals_of_sampling_units(sum_shares(first))
+        other = compute_rate_with_residuals_of_sampling_units(sum_shares(second))
+        if one is None or other is None:
+            return None
+        difference = compute_rate_difference_with_residuals(one, other)
+        inputs.append(_make_confidence_interval_inputs(difference))
+    by_task, by_name = inputs
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
@@ -433,13 +430,12 @@ class _IntervalInputs(NamedTuple):
 
 
 def _make_confidence_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _IntervalInputs:
-    quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
-        rate.value,
-        rate.variance,
-        rate.observed_variance,
-        quantile,
-        len(rate.residual_by_unit),
+        value=rate.value,
+        variance=rate.variance,
+        observed=rate.observed_variance,
+        quantile=compute_student_quantile(LEVEL, rate.degrees_of_freedom),
+        units=len(rate.residual_by_unit),
     )
 
 
@@ -456,7 +452,13 @@ def _make_wilson_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _In
 def _make_binomial_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _IntervalInputs:
     """Return the inputs of Wilson's interval if all units are independent yes-or-no answers."""
     units = len(rate.residual_by_unit)
-    return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
+    return _IntervalInputs(
+        value=rate.value,
+        variance=1 / units,
+        observed=rate.observed_variance,
+        quantile=_NORMAL,
+        units=units,
+    )
 
 
 def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
@@ -475,24 +477,18 @@ def _make_confidence_intervals(
     inputs_for_task_names: _IntervalInputs,
     compute_bounds: Callable[[_IntervalInputs], Interval],
 ) -> ConfidenceIntervals:
-    if inputs_for_task_names.units == inputs_for_tasks.units:  # no near copies
-        return ConfidenceIntervals(
-            compute_bounds(inputs_for_tasks),
-            compute_bounds(inputs_for_tasks),
-            inputs_for_tasks.units,
-            inputs_for_task_names.units,
-            1.0,
-        )
+    tasks, names = inputs_for_tasks, inputs_for_task_names
+    interval = by_task = compute_bounds(tasks)
+    design_effect: float | None = 1.0
+    if names.units != tasks.units:  # some tasks are near copies
+        interval = compute_bounds(names._replace(variance=max(names.variance, tasks.variance)))
+        design_effect = names.observed / tasks.observed if tasks.observed else None
     return ConfidenceIntervals(
-        compute_bounds(
-            inputs_for_task_names._replace(
-                variance=max(inputs_for_task_names.variance, inputs_for_tasks.variance)
-            )
-        ),
-        compute_bounds(inputs_for_tasks),
-        inputs_for_tasks.units,
-        inputs_for_task_names.units,
-        inputs_for_task_names.observed / inputs_for_tasks.observed if inputs_for_tasks.observed else None,
+        interval=interval,
+        by_task=by_task,
+        tasks=tasks.units,
+        names=names.units,
+        design_effect=design_effect,
     )
 
 

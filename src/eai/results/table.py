@@ -62,14 +62,12 @@ class Estimate:
         cls, before: TaskRateContributions, after: TaskRateContributions
     ) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
-        percents = [
-            compute_rate(contribution.share for contribution in contributions).percent
-            for contributions in (before, after)
-        ]
+        first = compute_rate(contribution.share for contribution in before).percent
+        second = compute_rate(contribution.share for contribution in after).percent
         certainty = compute_difference_intervals(before, after)
-        if percents[0] is None or percents[1] is None:
+        if first is None or second is None or certainty is None:  # a denominator is zero
             return cls(None)
-        return cls(percents[1] - percents[0], *((None, None) if certainty is None else certainty.interval))
+        return cls(second - first, *certainty.interval)
 
     @classmethod
     def from_rate(cls, rate: Rate) -> Estimate:
