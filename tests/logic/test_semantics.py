@@ -158,10 +158,12 @@ def test_an_operand_before_then_may_end_at_any_position() -> None:
         "(eventually (p() and always q())) then p()",
         "(p() until always q()) then p() then q()",
         "(not (p() then q()) and (p() then p() or q())) then q()",
+        Then((Not(Then(())), Atom("p"))),
+        Then((Always(Then(())), Atom("p"))),
     ],
 )
-def test_operands_without_monotony_agree_with_the_naive_evaluator(text: str) -> None:
-    formula = parse(text)
+def test_operands_without_monotony_agree_with_the_naive_evaluator(text: str | Formula) -> None:
+    formula = parse(text) if isinstance(text, str) else text
     states = [frozenset((name, ()) for name in names) for names in ((), ("p",), ("q",), ("p", "q"))]
     for length in range(1, 5):
         for each in product(states, repeat=length):

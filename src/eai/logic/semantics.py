@@ -45,7 +45,7 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
         InputError: a variable is not bound by any quantifier.
     """
     evaluator = _TraceEvaluator(formula, trace)
-    return bool(evaluator.find_starts_of_satisfying_segments(formula, {}, trace.length - 1) & 1)
+    return bool(evaluator.find_starts_of_satisfying_segments(formula, {}, evaluator.last_position) & 1)
 
 
 class _TraceEvaluator:
@@ -53,6 +53,7 @@ class _TraceEvaluator:
 
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
+        self.last_position = trace.length - 1
         self._formula = formula  # keeps the subformulas alive, so that their ids stay unique
         self._temporal = find_temporal_subformula_ids(formula)
         self._monotony = find_subformula_ids_monotone_in_trace_length(formula)
@@ -80,10 +81,10 @@ class _TraceEvaluator:
                 return self._trace.find_positions_of_action(action, _resolve_terms(arguments, binding))
             case f.Equals(left, right):
                 a, b = _resolve_terms((left, right), binding)
-                return _make_mask_up_to(self._trace.length - 1) if a == b else 0
+                return _make_mask_up_to(self.last_position) if a == b else 0
             case _:
                 return self._combine_subformula_masks(
-                    formula, binding, self.get_state_formula_mask, self._trace.length - 1
+                    formula, binding, self.get_state_formula_mask, self.last_position
                 )
 
     def compute_mask_on_prefix(self, formula: f.Formula, binding: Binding, end: int) -> PositionMask:
@@ -174,13 +175,15 @@ class _TraceEvaluator:
         match formula:
             case f.Next():
                 return 0
+            case f.Then(()):
+                return _make_mask_up_to(self.last_position)
             case f.Then(parts):
                 return self._find_satisfying_one_state_segments(parts[0], binding) if len(parts) == 1 else 0
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
                 return self._find_satisfying_one_state_segments(operand, binding)
             case _:
                 return self._combine_subformula_masks(
-                    formula, binding, self._find_satisfying_one_state_segments, self._trace.length - 1
+                    formula, binding, self._find_satisfying_one_state_segments, self.last_position
                 )
 
     def _get_satisfying_segment_starts_by_end(
@@ -205,18 +208,18 @@ class _TraceEvaluator:
             case f.Not(operand):
                 return [
                     _make_mask_up_to(end) & ~m
-                    for end, m in enumerate(self._compute_satisfying_segment_starts_by_end(operand, binding))
+                    for end, m in enumerate(self._get_satisfying_segment_starts_by_end(operand, binding))
                 ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
                 tables = [
-                    self._compute_satisfying_segment_starts_by_end(operand, binding) for operand in operands
+                    self._get_satisfying_segment_starts_by_end(operand, binding) for operand in operands
                 ]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
                     self._find_starts_of_adjacent_segments(first, binding, m)
-                    for m in self._compute_satisfying_segment_starts_by_end(last, binding)
+                    for m in self._get_satisfying_segment_starts_by_end(last, binding)
                 ]
             case _:
                 return [
@@ -510,7 +513,8 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedSubformula:
     - Conjunction: the violated part of the first conjunct that does not hold on the trace. If each conjunct
       holds at some position, but never all of them at one position: the conjunction.
     """
-    evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
+    evaluator = _TraceEvaluator(formula, trace)
+    end = evaluator.last_position
     match formula:
         case f.And(parts) if parts:
             failing = [
@@ -532,64 +536,58 @@ def explain_truth(formula: f.Formula, trace: Trace) -> _TruthWithExplanation:
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
+    evaluator = _TraceEvaluator(formula, trace)
+    starts = evaluator.find_starts_of_satisfying_segments(formula, {}, evaluator.last_position)
+    is_true = bool(starts & 1)
     if isinstance(formula, f.Then) and formula.parts:
-        return _explain_sequence(
-            formula,
-            bool(evaluator.find_starts_of_satisfying_segments(formula, {}, end) & 1),
-            evaluator,
-            trace,
-            0,
-        )
-    failed = _find_smallest_false_parts(formula, evaluator, trace, 0)
-    mask = (
-        evaluator.find_starts_of_satisfying_segments(formula, {}, end)
-        if evaluator.is_temporal(formula)
-        else evaluator.get_state_formula_mask(formula, {})
-    )
-    return _TruthWithExplanation(not failed, tuple(iterate_positions(mask)), failed)
+        return _explain_sequence(formula, is_true, evaluator, 0)
+    failed = () if is_true else _find_smallest_false_parts(formula, evaluator, 0)
+    mask = starts if evaluator.is_temporal(formula) else evaluator.get_state_formula_mask(formula, {})
+    return _TruthWithExplanation(is_true, tuple(iterate_positions(mask)), failed)
 
 
 def _find_smallest_false_parts(
-    formula: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
+    formula: f.Formula, evaluator: _TraceEvaluator, start: int
 ) -> tuple[f.Formula, ...]:
     """Return the smallest parts that make a formula false from position ``start`` on; () if it holds."""
-    if evaluator.find_starts_of_satisfying_segments(formula, {}, trace.length - 1) >> start & 1:
+    if evaluator.find_starts_of_satisfying_segments(formula, {}, evaluator.last_position) >> start & 1:
         return ()
     match formula:
         case f.Then(parts) if parts:
-            return _explain_sequence(formula, False, evaluator, trace, start).failed
+            return _explain_sequence(formula, False, evaluator, start).failed
         case f.And(operands):
-            blamed = [_find_smallest_false_parts(operand, evaluator, trace, start) for operand in operands]
+            blamed = [_find_smallest_false_parts(operand, evaluator, start) for operand in operands]
             return tuple([culprit for parts in blamed for culprit in parts]) or (formula,)
         case _:
             return (formula,)
 
 
 def _explain_sequence(
-    formula: f.Then, holds: bool, evaluator: _TraceEvaluator, trace: Trace, start: int
+    formula: f.Then, is_true: bool, evaluator: _TraceEvaluator, start: int
 ) -> _TruthWithExplanation:
     """Explain a ``then`` from position ``start`` on. Find the earliest end of each part in turn."""
     positions: list[int] = []
     for part in formula.parts:
-        last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
+        last = _find_first_end_of_satisfying_segment(part, evaluator, start)
         if last is None:
-            if holds:  # the formula holds only if an earlier part ends after its first possible end
+            if is_true:  # the formula holds only if an earlier part ends after its first possible end
                 return _TruthWithExplanation(True, tuple(positions))
-            blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
+            blamed = (
+                _find_smallest_false_parts(part, evaluator, start) if start <= evaluator.last_position else ()
+            )
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))
         positions.append(last)
         start = last + 1
-    return _TruthWithExplanation(holds, tuple(positions), () if holds else (formula,))
+    return _TruthWithExplanation(is_true, tuple(positions), () if is_true else (formula,))
 
 
 def _find_first_end_of_satisfying_segment(
-    part: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
+    part: f.Formula, evaluator: _TraceEvaluator, start: int
 ) -> int | None:
     if not evaluator.is_temporal(part):
         rest = evaluator.get_state_formula_mask(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None
-    ends = range(start, trace.length)
+    ends = range(start, evaluator.last_position + 1)
     return next(
         (end for end in ends if evaluator.find_starts_of_satisfying_segments(part, {}, end) >> start & 1),
         None,
