@@ -270,7 +270,7 @@ def _generate_bipartite_matchings(
 ) -> Iterator[list[AndOrTree]]:
     """Yield all sets of ``matching_size`` cells of a table in which no two cells share a row or column.
 
-    The sets are ordered by rows, or by columns if the table has fewer columns than rows.
+    The sets are ordered by rows if the table has fewer rows than columns, else by columns.
     """
     lines = (
         trees_by_row
@@ -313,7 +313,8 @@ def _count_dnf_terms_of_bipartite_matchings(
     values = {cell_count for row in term_count_table for cell_count in row}
     if len(values) == 1:
         placements = comb(rows, matching_size) * comb(columns, matching_size) * factorial(matching_size)
-        return placements * prod([values.pop()] * matching_size)
+        terms_of_matching: int = values.pop() ** matching_size
+        return placements * terms_of_matching
     lines = term_count_table if rows > columns else list(zip(*term_count_table, strict=True))
     return _count_dnf_terms_of_matchings_row_by_row(matching_size, lines)
 
