@@ -129,8 +129,7 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
 
 
 def test_a_verdict_does_not_depend_on_earlier_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_OUTCOMES", 6)
-    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_STEPS", 3)
+    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_STEPS_BEFORE_CLEARING_OUTCOMES", 6)
     often = ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlanNotation())
     ways = [
         SUCCESS,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declining import read_declining_answer
 from eai.abilities.explanation import SLIPPED, VerdictExplanation, write_repair_notes
-from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
+from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve_plan
 from eai.abilities.repair import SmallestPlanRepair
 from eai.abilities.reports import report_goals, report_steps
@@ -27,11 +27,8 @@ from eai.world.state import State
 if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
-_MAX_CACHED_STEPS = 1000
-"""Maximum number of different steps for which a task caches the corresponding actions."""
-
-_MAX_CACHED_OUTCOMES = 200
-"""Maximum number of steps whose outcomes are cached for a task. A cached outcome takes up to 2 kB."""
+_MAX_STEPS_BEFORE_CLEARING_OUTCOMES = 200
+"""Number of tried steps after which a task clears its cached outcomes. An outcome takes up to 2 kB."""
 
 
 class ActionSequencingScorer(PlanScorer):
@@ -57,7 +54,6 @@ class ActionSequencingScorer(PlanScorer):
         self.goals = goals or GoalTest(task)
         self.excluded = task.unplannable_reason
         self._object = notation.make_object_lookup(task)
-        self._known: dict[WrittenStep, Action] = {}
         self._outcomes: KnownOutcomes = {}
         self._tried = 0
 
@@ -166,21 +162,6 @@ class ActionSequencingScorer(PlanScorer):
 
         Unknown names are reported before wrong numbers of arguments.
         """
-        if len(self._known) > _MAX_CACHED_STEPS:
-            self._known = {}
-        known = self._known  # kept in a local variable, because another thread may replace the attribute
-        try:
-            new = tuple([step for step in plan.steps if step not in known])
-        except TypeError:  # a step that contains a list cannot be looked up in the cache
-            return self._resolve_names_uncached(plan)
-        if new:
-            actions = self._resolve_names_uncached(WrittenPlan(new))
-            if isinstance(actions, ErrorReport) or not all(map(_has_only_string_names, new)):
-                return self._resolve_names_uncached(plan)
-            known.update(zip(new, actions, strict=True))
-        return tuple([known[step] for step in plan.steps])
-
-    def _resolve_names_uncached(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         return resolve_plan(plan, self.domain, self.notation, self._object)
 
     def _assess_declining_answer(
@@ -218,7 +199,7 @@ class ActionSequencingScorer(PlanScorer):
         episode.run(actions)
         trajectory = episode.trajectory
         self._tried += len(trajectory.steps)
-        if self._tried > _MAX_CACHED_OUTCOMES:
+        if self._tried > _MAX_STEPS_BEFORE_CLEARING_OUTCOMES:
             self._outcomes, self._tried = {}, 0
         return Execution(trajectory, trajectory)
 
@@ -311,8 +292,3 @@ class ActionSequencingScorer(PlanScorer):
 
     def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return error is None and all(reached)
-
-
-def _has_only_string_names(step: WrittenStep) -> bool:
-    parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
-    return all(isinstance(part, str) for part in parts)
