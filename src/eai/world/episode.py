@@ -114,23 +114,20 @@ class Episode:
 
     def act(self, action: Action) -> Outcome:
         """Try one action. It must name an operator, and have as many arguments as the operator takes."""
-        outcome = self._known_outcomes.get(action)
-        if outcome is None:
-            outcome = self._known_outcomes[action] = (attempt_action(self.domain, self._history, action), {})
-        tried, then = outcome
-        if isinstance(tried, State):
+        known = self._known_outcomes.get(action)
+        if known is None:
+            known = self._known_outcomes[action] = (attempt_action(self.domain, self._history, action), {})
+        declared, known_outcomes_after_action = known
+        outcome = declared
+        if isinstance(declared, State):
             if self._slip_sampler is not None and self._slip_sampler.draw_whether_next_action_slips():
                 return self.append_slipped_step(action)
-            declared, tried = tried, self._simulator.act(action, tried)
-            if tried is not declared:
-                then = {}
-        if isinstance(tried, Fault):
-            self._steps.append(Step(action, tried))
-            return tried
-        self._known_outcomes = then
-        self._history = self._history.extend(tried)
-        self._steps.append(Step(action, None))
-        return tried
+            outcome = self._simulator.act(action, declared)
+        self._steps.append(Step(action, outcome if isinstance(outcome, Fault) else None))
+        if isinstance(outcome, State):
+            self._known_outcomes = known_outcomes_after_action if outcome is declared else {}
+            self._history = self._history.extend(outcome)
+        return outcome
 
     def append_slipped_step(self, action: Action) -> Slip:
         """Append a step in which an action slipped (had no effect). The state stays as it is."""
