@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import And, Formula
 from eai.logic.traversal import find_free_variables
-from eai.world.condition import ConditionCompiler
+from eai.world.condition import ConditionCompiler, combine_tests_by_and
 from eai.world.effect import Apply, EffectCompiler
 from eai.world.frame import UNBOUND, ConditionTest, ObjectBySlot, SlotAllocator
 from eai.world.operator import Check, Operator
@@ -79,7 +79,7 @@ class CompiledOperator:
         conditions = ConditionCompiler(vocabulary, self._frame)
         effects = EffectCompiler(vocabulary, self._frame)
         self.checks = _compile_checks(operator.checks, conditions)
-        passes = conditions.compile_test(And(tuple(check.condition for check in operator.checks)))
+        passes = combine_tests_by_and([check.holds for check in self.checks])
         self.is_possible: ConditionTest = passes
         if operator.alternatives:
             self.is_possible = lambda state, binding: (
@@ -182,14 +182,11 @@ def find_failing_check(
 def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> tuple[_CompiledCheck, ...]:
     compiled_checks = []
     for check in checks:
-        history_conditions = (
-            (check.condition,) if check.history_conditions is None else check.history_conditions
-        )
-        functions = (
-            conditions.compile_test(check.condition),
-            tuple(map(conditions.compile_test, history_conditions)),
-        )
-        compiled_checks.append(_CompiledCheck(check, *functions))
+        condition = conditions.compile_test(check.condition)
+        history_conditions: tuple[ConditionTest, ...] = (condition,)
+        if check.history_conditions is not None:
+            history_conditions = tuple(map(conditions.compile_test, check.history_conditions))
+        compiled_checks.append(_CompiledCheck(check, condition, history_conditions))
     return tuple(compiled_checks)
 
 
