@@ -62,8 +62,11 @@ def make_predicates_carries_carried_by_within(
 
     def find_direct_and_indirect_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_support_masks_to_container_flags(state, names, arguments[0])
-        return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
+        containers = 0
+        for support, is_in in _map_support_masks_to_container_flags(state, names, arguments[0]).items():
+            if is_in:
+                containers |= support
+        return containers
 
     carries = DefinedPredicate(
         "carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in support_relations]))

@@ -43,7 +43,7 @@ def combine_tests_by_and(parts: Sequence[ConditionTest]) -> ConditionTest:
                 return False
         return True
 
-    return do_all_tests_hold
+    return parts[0] if len(parts) == 1 else do_all_tests_hold
 
 
 def combine_tests_by_or(parts: Sequence[ConditionTest]) -> ConditionTest:
@@ -55,7 +55,7 @@ def combine_tests_by_or(parts: Sequence[ConditionTest]) -> ConditionTest:
                 return True
         return False
 
-    return does_any_test_hold
+    return parts[0] if len(parts) == 1 else does_any_test_hold
 
 
 def negate_test(part: ConditionTest) -> ConditionTest:
@@ -81,7 +81,7 @@ def combine_filters_by_and(parts: Sequence[ObjectFilter]) -> ObjectFilter:
                 return 0
         return among
 
-    return filter_objects
+    return parts[0] if len(parts) == 1 else filter_objects
 
 
 def combine_filters_by_or(parts: Sequence[ObjectFilter]) -> ObjectFilter:
@@ -96,7 +96,7 @@ def combine_filters_by_or(parts: Sequence[ObjectFilter]) -> ObjectFilter:
             mask |= part(state, binding, among & ~mask)
         return mask
 
-    return filter_objects
+    return parts[0] if len(parts) == 1 else filter_objects
 
 
 _ValueFinder: TypeAlias = Callable[[State, ObjectBySlot], ObjectMask]

@@ -102,7 +102,7 @@ class EffectCompiler:
             for step in steps:
                 step(before, draft, binding)
 
-        return apply
+        return steps[0] if len(steps) == 1 else apply
 
     def _compile_effect(self, effect: Effect, scope: SlotByVariable) -> Apply:
         match effect:
