@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import cache
-from itertools import islice, product
+from itertools import islice, permutations, product
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
@@ -399,14 +399,13 @@ def _generate_argument_tuples(
 
     Arguments that have an object already keep this object.
     """
-    if not decided_arguments:
-        yield ()
+    decided = [index for index in decided_arguments if index is not None]
+    if len({*decided}) < len(decided):
         return
-    first, *rest = decided_arguments
-    for index in objects if first is None else (first,):
-        if index not in rest:
-            others = [other for other in objects if other != index]
-            yield from ((index, *after) for after in _generate_argument_tuples(rest, others))
+    others = [index for index in objects if index not in decided]
+    for chosen in permutations(others, len(decided_arguments) - len(decided)):
+        rest = iter(chosen)
+        yield tuple([next(rest) if index is None else index for index in decided_arguments])
 
 
 def list_objects_in_argument_tuples(
