@@ -256,6 +256,7 @@ class _UniformCostSearch:
     def _expand_node(self, node: PlanNode) -> Iterator[PlanNode]:
         """Yield the successors of a node, except those with a longer plan than the best plan so far."""
         allowed: dict[str, bool] = {}
+        without_movement: MovementPath = SearchNode(node.state)
         for candidate in self._candidates:
             is_world_changing, parts = candidate.is_world_changing, candidate.parts & ~node.met
             if is_world_changing and not parts:
@@ -263,7 +264,11 @@ class _UniformCostSearch:
             name = candidate.action.operator
             if name not in allowed:
                 allowed[name] = candidate.info.common_checks_hold(node.state, candidate.binding)
-            path = self._find_enabling_movement(node, candidate) if allowed[name] else None
+            path = (
+                self._find_enabling_movement(without_movement, node.depth + 1, candidate)
+                if allowed[name]
+                else None
+            )
             if path is None:
                 continue
             self.effort.used += 1
@@ -284,16 +289,18 @@ class _UniformCostSearch:
                 if met & ~node.met:
                     yield SearchNode(path.state, met, depth, node, path.list_actions())
 
-    def _find_enabling_movement(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
+    def _find_enabling_movement(
+        self, without_movement: MovementPath, before: int, candidate: CandidateAction
+    ) -> MovementPath | None:
         """Return the shortest movement that makes an action possible, or None.
 
         The result is None if no movement does, or if the plan would be longer than the best plan so far.
         """
-        state, before = node.state, node.depth + 1
+        state = without_movement.state
         if before > self._best:
             return None
         if candidate.remaining_checks_hold(state):
-            return SearchNode(state)
+            return without_movement
         if not self.movement or not candidate.can_movement_make_action_possible(state):
             return None
         for path in self.movement.list_paths(state):
@@ -340,6 +347,17 @@ The action is None if the plan fails only because it is too long.
 """
 
 
+_ProgressByActionsAndState: TypeAlias = dict[
+    tuple[int, int, State, int], tuple[int, Sequence[tuple[CandidateAction, int]]]
+]
+"""Cache of the tests that several failed searches have in common.
+
+The key has Python's ``id`` of both sequences of tested actions, the state in which they are tested, and the
+mask of the goal's literals that hold in this state. The value has the number of tested actions. It also has
+the actions after which more literals hold, each with the number of literals.
+"""
+
+
 def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPlanningResult:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
@@ -352,7 +370,8 @@ def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPla
     failure, the plan leads to the visited state in which most literals hold. For example, each literal can be
     reached, but not all together.
     """
-    failing = [_FailedSearch(search) for search in searches]
+    progress: _ProgressByActionsAndState = {}
+    failing = [_FailedSearch(search, progress) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
     farthest = [failed_search for failed_search in failing if failed_search.most_met == most_met]
     nearest_attempts = [
@@ -380,6 +399,7 @@ class _FailedSearch:
 
     Args:
         search: the search.
+        progress: results of tests; new results are added.
 
     Attributes:
         effort: number of actions that were applied to states, or whose checks were tested, for the
@@ -387,7 +407,8 @@ class _FailedSearch:
         most_met: maximum number of the goal's literals that hold together in a visited state.
     """
 
-    def __init__(self, search: _UniformCostSearch) -> None:
+    def __init__(self, search: _UniformCostSearch, progress: _ProgressByActionsAndState) -> None:
+        self._progress = progress
         self._goal = search.goal
         self._permitted = search.permitted
         self._movement = search.movement
@@ -410,11 +431,8 @@ class _FailedSearch:
         best: _ActionAttemptWithFailingChecks | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)
         for node in self._nodes:
-            for candidate in (*self._permitted.achievers, *self._permitted.moving):
-                met = self._count_goal_parts_met_after_action(node, candidate)
-                if not met or (
-                    best is not None and self._bound_distance_to_subgoal(node, candidate, met) >= distance
-                ):
+            for candidate, met in self._list_actions_with_progress(node):
+                if best is not None and self._bound_distance_to_subgoal(node, candidate, met) >= distance:
                     continue
                 attempt = self._try_action(node, candidate)
                 if attempt.failing and met <= self.most_met:
@@ -436,16 +454,27 @@ class _FailedSearch:
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
+    def _list_actions_with_progress(self, node: PlanNode) -> Sequence[tuple[CandidateAction, int]]:
+        """Return the actions after which more literals of the goal would hold, with the number of literals.
+
+        The checks of the actions are not tested.
+        """
+        achievers, moving = self._permitted.achievers, self._permitted.moving
+        key = id(achievers), id(moving), node.state, node.met
+        if key not in self._progress:
+            tested = [candidate for candidate in (*achievers, *moving) if candidate.parts & ~node.met]
+            numbers = [self._count_goal_parts_met_after_action(node, candidate) for candidate in tested]
+            progress = [pair for pair in zip(tested, numbers, strict=True) if pair[1] > node.met.bit_count()]
+            self._progress[key] = len(tested), progress
+        number_of_tests, actions = self._progress[key]
+        self.effort += number_of_tests * self._goal.effort_per_search_step
+        return actions
+
     def _count_goal_parts_met_after_action(self, node: PlanNode, candidate: CandidateAction) -> int:
-        missing = candidate.parts & ~node.met
-        if not missing:
-            return 0
-        self.effort += self._goal.effort_per_search_step
         after = candidate.compute_state_after_action(node.state)
-        if not self._goal.met(after, candidate.touched & missing, 0):
+        if not self._goal.met(after, candidate.parts & ~node.met, 0):
             return 0
-        met = self._goal.met(after, candidate.touched, node.met).bit_count()
-        return met if met > node.met.bit_count() else 0
+        return self._goal.met(after, candidate.touched, node.met).bit_count()
 
     def _bound_distance_to_subgoal(
         self, node: PlanNode, candidate: CandidateAction, goal_parts_met: int
