@@ -246,3 +246,20 @@ def test_earlier_estimates_stay_estimates_from_their_own_state() -> None:
         after = toy.DOMAIN.apply(START, action)
         CostEstimates(HEURISTIC, after, EVERYTHING, previous=first).estimate(in_shed)
     assert first.estimate(in_shed) == costs[1]
+
+
+def test_a_condition_that_costs_too_much_saves_the_estimates_of_others() -> None:
+    """FINISH needs any ready thing and the end of a chain. PREPARE is tested for one thing, not for seven."""
+    chained, _, end = chain(6)
+    ready, done, a = Predicate("ready", 1), Predicate("done", 0), Variable("a")
+    checks = (missing_step(ready(a), "{a} is not ready"), missing_step(end, "the end is not made"))
+    finish = Operator("FINISH", (a,), checks, (Add(done()),))
+    prepare = Operator("PREPARE", (a,), (), (Add(ready(a)),))
+    vocabulary = Vocabulary((*chained.vocabulary.predicates, ready, done))
+    domain = Domain("finish", vocabulary, (*chained.operators, finish, prepare))
+    scene = Scene(vocabulary, {f"t{i}": "thing" for i in range(7)})
+    state = scene.state([Fact("made", (0,)), *[Fact("following", (i, i + 1)) for i in range(6)]])
+    looks = SearchEffort()
+    estimates = CostEstimates(AdditiveHeuristic(domain), state, range(7), looks=looks)
+    assert estimates.estimate(subgoal(done()), 6.0) == INFINITE
+    assert looks.used == 7 + 1 + 3, "FINISH for each thing, PREPARE for one, MAKE for the last three"

@@ -278,6 +278,7 @@ class CostEstimates:
         self.state = state
         self._forbid_undoing_protected = forbid_undoing_protected
         self._excluded = excluded
+        self._is_filtered = forbid_undoing_protected or bool(excluded)
         self.objects = objects
         self.bindings = bindings or SearchEffort(Limits().bindings)
         self._heuristic = heuristic
@@ -289,9 +290,10 @@ class CostEstimates:
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
-        self._kept_tests: FailingConditionsByAction = (
-            {} if previous is None else self._take_still_valid_failing_conditions(previous)
-        )
+        self._kept_tests: FailingConditionsByAction = {}
+        if previous is not None and previous._matches is self._matches:
+            self._kept_tests, previous._kept_tests = previous._kept_tests, {}
+            self._matches.remove_outdated_test_results(self._kept_tests, previous.state, state)
         self._other_tests: FailingConditionsByAction = {}
         self._supporters: dict[GroundAtom, _CheapestAction] = {}
         self._costs: dict[_ConditionKey, float] = {}
@@ -377,7 +379,7 @@ class CostEstimates:
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
-            if atom.predicate in self._heuristic.static or self._would_find_no_cost_below_limit(atom, limit):
+            if self._would_find_no_cost_below_limit(atom, limit) or atom.predicate in self._heuristic.static:
                 return _NO_SUPPORTER
             horizon = _round_up_to_predefined_cost_limit(limit)
             before = self._begin_cost_computation_and_save_values(atom)
@@ -458,12 +460,15 @@ class CostEstimates:
         There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
         computed already, or the costs of `_MAX_DEPTH` conditions are being computed.
         """
-        if self._failed_limits.get(key, 0.0) >= limit:
+        depth = self._open.get(key)
+        if depth is None:
+            if self._failed_limits.get(key, 0.0) < limit:
+                return len(self._open) >= _MAX_DEPTH
             while key in self._causes:
                 key = self._causes[key]
-        elif key not in self._open:
-            return len(self._open) >= _MAX_DEPTH
-        self._cut_depth = min(self._cut_depth, self._open.get(key, _MAX_DEPTH))
+            depth = self._open.get(key, _MAX_DEPTH)
+        if depth < self._cut_depth:
+            self._cut_depth = depth
         return True
 
     def _begin_cost_computation_and_save_values(self, key: _ConditionKey) -> tuple[int, int]:
@@ -530,19 +535,22 @@ class CostEstimates:
         A condition that is known as a literal of a stored predicate is paired with this literal. Other
         conditions are paired with None.
         """
-        min_rest = len(failing) * _MIN_COST
-        if min_rest >= limit:
-            return INFINITE
-        total = 0.0
-        for condition, atom in failing:
-            min_rest -= _MIN_COST
-            rest = limit - total - min_rest
-            if atom is None:
-                total += self._compute_cost(condition, rest)
-            else:
-                total += self.find_supporter(atom, rest).cost if rest > _MIN_COST else INFINITE
-            if total >= limit:
+        rest, total = limit - (len(failing) - 1) * _MIN_COST, 0.0
+        for _, atom in failing[1:]:  # a known failure here makes the cost of the first condition needless
+            if (
+                atom is not None
+                and atom not in self._supporters
+                and self._would_find_no_cost_below_limit(atom, rest)
+            ):
                 return INFINITE
+        for condition, atom in failing:
+            if rest <= _MIN_COST:
+                return INFINITE
+            cost = self.find_supporter(atom, rest).cost if atom else self._compute_cost(condition, rest)
+            if cost == INFINITE:
+                return INFINITE
+            total += cost
+            rest += _MIN_COST - cost
         return total
 
     def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
@@ -579,24 +587,9 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _take_still_valid_failing_conditions(self, previous: CostEstimates) -> FailingConditionsByAction:
-        """Take the cached failing conditions of actions from ``previous``; return those valid in this state.
-
-        The cache of ``previous`` is empty afterwards.
-        """
-        tests, previous._kept_tests = previous._kept_tests, {}
-        if previous._matches is not self._matches:
-            return {}
-        self._matches.remove_outdated_test_results(tests, previous.state, self.state)
-        return tests
-
     def _find_cheapest_candidate(self, candidates: GroundActions, best: _CheapestAction) -> _CheapestAction:
         for candidate in candidates:
-            if self._excluded and candidate.action in self._excluded:
-                continue
-            if self._forbid_undoing_protected and self._count_protected_conditions_broken_by(
-                candidate.action
-            ):
+            if self._is_filtered and self._is_left_out(candidate.action):
                 continue
             tests = self._kept_tests if candidate.is_test_kept else self._other_tests
             failing = tests.get(candidate)
@@ -604,18 +597,24 @@ class CostEstimates:
                 if self._looks.spend_and_check_limit():
                     break
                 failing = tests[candidate] = candidate.find_failing_conditions(self.state)
-            if not failing:
-                cost = _MIN_COST + self._count_protected_conditions_broken_by(candidate.action)
-                if cost < best.cost:
-                    best = _CheapestAction(cost, candidate.action, ())
-            elif len(failing) < best.cost - _MIN_COST:
-                cost = _MIN_COST + self._sum_costs_of_failing_conditions(failing, best.cost - _MIN_COST)
-                if cost < best.cost:
-                    prerequisites = tuple([condition for condition, _ in failing])
-                    best = _CheapestAction(cost, candidate.action, prerequisites)
-            if best.cost <= _MIN_COST:
-                break
+            max_rest = best.cost - _MIN_COST
+            if len(failing) >= max_rest:
+                continue
+            cost = _MIN_COST + (
+                self._sum_costs_of_failing_conditions(failing, max_rest)
+                if failing
+                else self._count_protected_conditions_broken_by(candidate.action)
+            )
+            if cost < best.cost:
+                best = _CheapestAction(cost, candidate.action, tuple([part for part, _ in failing]))
+                if cost <= _MIN_COST:
+                    break
         return best
+
+    def _is_left_out(self, action: Action) -> bool:
+        return action in self._excluded or (
+            self._forbid_undoing_protected and self._count_protected_conditions_broken_by(action) > 0
+        )
 
     def _count_protected_conditions_broken_by(self, action: Action) -> int:
         if not self._protected:
