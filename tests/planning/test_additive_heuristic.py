@@ -10,8 +10,8 @@ from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, For
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import _PreferredActionCollector
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.search import SearchEffort, SearchNode
-from eai.planning.subgoal import Subgoal
+from eai.planning.search import Limits, SearchEffort, SearchNode
+from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import SuccessorGenerator
 from eai.world import Add, ForEach, Operator
 from eai.world.action import Action
@@ -263,3 +263,34 @@ def test_a_condition_that_costs_too_much_saves_the_estimates_of_others() -> None
     estimates = CostEstimates(AdditiveHeuristic(domain), state, range(7), looks=looks)
     assert estimates.estimate(subgoal(done()), 6.0) == INFINITE
     assert looks.used == 7 + 1 + 3, "FINISH for each thing, PREPARE for one, MAKE for the last three"
+
+
+def reachable(domain: Domain, start: State) -> list[tuple[int, ...]]:
+    """Return the arguments of the actions on seven things that may become possible after a state."""
+    finder = AdditiveHeuristic(domain).achievers.get_atom_achiever_finder(start, 0b1111111)
+    atoms = [GroundAtom("made", (i,), True) for i in range(7)]
+    matches = [match for atom in atoms for match in finder.find_achievers_of_atom(atom)]
+    actions = finder.make_reachable_action_finder(start)
+    return [
+        found.action.arguments for match in matches for found in actions.find_reachable_actions(match) or ()
+    ]
+
+
+def test_actions_that_never_become_possible_are_left_out() -> None:
+    domain, first, _ = chain(6)
+    later = first.replace_all_facts([Fact("made", (3,)), *list(first.facts())[1:]])
+    pairs = [(i, i + 1) for i in range(6)]
+    assert reachable(domain, first) == pairs
+    assert reachable(domain, later) == pairs[3:]
+    b = Variable("b")
+    hidden = Operator("HIDE", (b,), (), (ForEach(b, Atom("made", (b,)), (Add(Atom("made", (b,))),)),))
+    assert reachable(domain.replace_operators(hidden), later) == pairs, "its effect has no schema"
+
+
+def test_each_search_finds_its_own_reachable_actions() -> None:
+    domain, first, _ = chain(6)
+    later = first.replace_all_facts([Fact("made", (3,)), *list(first.facts())[1:]])
+    planner, goal = Planner(domain), PlanningGoal((named("made", "t2"),))
+    limits = Limits(thorough=False)
+    plans = [planner.find_plan(state, goal, range(7), limits).plan for state in (later, first, later)]
+    assert list(map(len, plans)) == [0, 2, 0]

@@ -15,6 +15,7 @@ import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import (
     EffectSchema,
+    find_predicates_with_incomplete_schemas,
     make_effect_schemas,
     make_schema_without_effect,
     match_atom,
@@ -308,6 +309,7 @@ class AchieversByPredicate:
         schemas: mapping from the name of each operator to its effects, in the order in which they are
             written.
         by_effect: mapping from a predicate, and whether atoms become true or false, to the effects.
+        incomplete: names of the predicates that effects without a schema may change.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -320,6 +322,7 @@ class AchieversByPredicate:
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
+        self.incomplete = {p for o in domain.operators for p in find_predicates_with_incomplete_schemas(o)}
         self._taking = {o.name: Achiever(make_schema_without_effect(o), vocabulary) for o in domain.operators}
         self._matches: _AtomAchieverFinder | None = None
         for operator in domain.operators:
@@ -510,14 +513,16 @@ class _GroundAction:
 
     Attributes:
         action: the action.
+        atoms: the atoms that the conditions demand; empty if any condition is not about one stored fact.
         is_test_kept: whether the result of testing the action's conditions is kept for later states, until a
             fact in the conditions changes.
     """
 
-    __slots__ = ("_achiever", "_binding", "_conditions", "_scene", "action", "is_test_kept")
+    __slots__ = ("_achiever", "_binding", "_conditions", "_scene", "action", "atoms", "is_test_kept")
 
     def __init__(self, achiever: Achiever, binding: tuple[int, ...], scene: Scene) -> None:
         self.action = Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
+        self.atoms: Sequence[GroundAtom] = ()
         self.is_test_kept = False
         self._achiever = achiever
         self._binding = binding
@@ -539,10 +544,10 @@ class _GroundAction:
         """
         if self._achiever.reads_single_facts:
             self.is_test_kept = True
-            for index in range(len(self._conditions)):
-                atom = self._get_condition(index).atom
-                if atom is not None:
-                    actions_by_fact.setdefault(Fact(atom.predicate, atom.arguments), []).append(self)
+            atoms = [self._get_condition(index).atom for index in range(len(self._conditions))]
+            self.atoms = [atom for atom in atoms if atom is not None]
+            for atom in self.atoms:
+                actions_by_fact.setdefault(Fact(atom.predicate, atom.arguments), []).append(self)
 
     def _get_condition(self, index: int) -> _GroundCondition:
         condition = self._conditions[index]
@@ -636,24 +641,22 @@ class _PartlyBoundAchiever:
             usable_objects_mask: the mask of the objects that actions may use.
             effort: counter of values tried for variables. At its limit, no more actions follow.
         """
-        if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
-            return self._actions.values()
         bindings = self.generate_complete_bindings(state, usable_objects_mask, effort)
         return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
+    def list_cached_actions(self, scene: Scene) -> list[_GroundAction] | None:
+        """Return all ground actions that may have the effect in any state, or None if they are not cached."""
+        if self._cached_bindings is None:
+            return None
+        return [self._get_action(binding, scene) for binding in self._cached_bindings]
+
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions.get(binding)
-        if (
-            action is None
-            and self._cached_bindings is None
-            and self._cached_action_counter.spend_and_check_limit()
-        ):
-            return _GroundAction(self.achiever, binding, scene)
-        return action or self._cache_action(binding, scene)
-
-    def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
-        action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
-        action.enable_caching_of_condition_tests(self._readers)
+        if action is None:
+            action = _GroundAction(self.achiever, binding, scene)
+            if self._cached_bindings is not None or not self._cached_action_counter.spend_and_check_limit():
+                self._actions[binding] = action
+                action.enable_caching_of_condition_tests(self._readers)
         return action
 
 
@@ -711,6 +714,16 @@ class _AtomAchieverFinder:
             )
         return matches
 
+    def list_actions_towards_atom(self, atom: GroundAtom) -> list[_GroundAction] | None:
+        """Return all ground actions that may make an atom true, or false, in any state; None if unknown."""
+        groups = [match.list_cached_actions(self._state.scene) for match in self.find_achievers_of_atom(atom)]
+        is_unknown = atom.predicate in self._achievers.incomplete or None in groups
+        return None if is_unknown else [action for group in groups if group for action in group]
+
+    def make_reachable_action_finder(self, start: State) -> _ReachableActionFinder:
+        """Return a new object that finds the actions that may become possible after a state."""
+        return _ReachableActionFinder(self, start)
+
     def _compute_achievers_of_atom(
         self, atom: GroundAtom, *, with_subgoals_on_parameters_not_in_atom: bool
     ) -> Sequence[_PartlyBoundAchiever]:
@@ -755,3 +768,54 @@ class _AtomAchieverFinder:
                 )
             matches.append(self._operators[achiever])
         return matches
+
+
+class _ReachableActionFinder:
+    """Finds the ground actions that may become possible after a state, if facts are only added, never undone.
+
+    All other actions are impossible in each state that is reached from this state.
+
+    Args:
+        achievers: finds the effects that make ground atoms true or false.
+        start: the state.
+    """
+
+    def __init__(self, achievers: _AtomAchieverFinder, start: State) -> None:
+        self._achievers = achievers
+        self._start = start
+        self._found: dict[_PartlyBoundAchiever, Sequence[_GroundAction] | None] = {}
+        self._is_reachable: dict[GroundAtom, bool] = {}
+
+    def find_reachable_actions(self, achiever: _PartlyBoundAchiever) -> Sequence[_GroundAction] | None:
+        """Return the reachable actions of an achiever, or None if its actions depend on the state."""
+        if achiever not in self._found:
+            actions = achiever.list_cached_actions(self._start.scene)
+            if actions is not None:
+                self._explore([atom for action in actions for atom in action.atoms])
+                actions = [action for action in actions if self._may_become_possible(action)]
+            self._found[achiever] = actions
+        return self._found[achiever]
+
+    def _may_become_possible(self, action: _GroundAction) -> bool:
+        return all(map(self._is_reachable.__getitem__, action.atoms))
+
+    def _explore(self, atoms: list[GroundAtom]) -> None:
+        """Find out whether atoms, and all atoms that they depend on, are reachable."""
+        actions_towards: dict[GroundAtom, list[_GroundAction]] = {}
+        while atoms:
+            atom = atoms.pop()
+            if atom in self._is_reachable:
+                continue
+            holds = self._start.has(atom.predicate, *atom.arguments) is atom.truth
+            actions = None if holds else self._achievers.list_actions_towards_atom(atom)
+            self._is_reachable[atom] = actions is None
+            if actions is not None:
+                actions_towards[atom] = actions
+                atoms += [part for action in actions for part in action.atoms]
+        count = -1
+        while len(actions_towards) != count:
+            count = len(actions_towards)
+            for atom in reversed([*actions_towards]):
+                if any(map(self._may_become_possible, actions_towards[atom])):
+                    self._is_reachable[atom] = True
+                    del actions_towards[atom]

@@ -251,7 +251,8 @@ class CostEstimates:
         bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
             are invalid.
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
-            the conditions of an action read has changed.
+            the conditions of an action read has changed. Actions that are unreachable from the first state of
+            the search are left out.
         forbid_undoing_protected: whether actions that make a condition in ``protected_subgoals`` false are
             left out.
         excluded: further actions that are left out.
@@ -291,7 +292,10 @@ class CostEstimates:
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
         self._kept_tests: FailingConditionsByAction = {}
-        if previous is not None and previous._matches is self._matches:
+        if previous is None or previous._matches is not self._matches:
+            self._reachable = self._matches.make_reachable_action_finder(state)
+        else:
+            self._reachable = previous._reachable
             self._kept_tests, previous._kept_tests = previous._kept_tests, {}
             self._matches.remove_outdated_test_results(self._kept_tests, previous.state, state)
         self._other_tests: FailingConditionsByAction = {}
@@ -416,7 +420,11 @@ class CostEstimates:
                 continue
             candidates = self._candidates.get(match)
             if candidates is None:
-                candidates = match.find_actions_that_may_have_effect(self.state, self._usable, self.bindings)
+                candidates = self._reachable.find_reachable_actions(match)
+                if candidates is None:
+                    candidates = match.find_actions_that_may_have_effect(
+                        self.state, self._usable, self.bindings
+                    )
                 self._candidates[match] = candidates
             best = self._find_cheapest_candidate(candidates, best)
             if best.cost <= _MIN_COST:
