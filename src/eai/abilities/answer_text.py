@@ -441,12 +441,12 @@ class _AnswerReader(Generic[T]):
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
         last = chosen[-1].meaning
-        for (one, other), between in zip(pairwise(chosen), texts, strict=True):
-            are_adjacent = self.form.is_single and _SEPARATORS_OR_CONNECTIVES.fullmatch(between)
-            if (are_adjacent and not _are_equal_ignoring_blanks(self.text, one, other)) or (
-                self.form.are_halves(one.meaning, last)
+        for (first, second), text in zip(pairwise(chosen), texts, strict=True):
+            are_adjacent = self.form.is_single and _SEPARATORS_OR_CONNECTIVES.fullmatch(text)
+            if (are_adjacent and not _are_equal_ignoring_blanks(self.text, first, second)) or (
+                self.form.are_halves(first.meaning, last)
             ):
-                return self._report_unread_text(_BracketedText(one.start, other.end))
+                return self._report_unread_text(_BracketedText(first.start, second.end))
         return self._make_parsed_answer(chosen[-1:], last, ())
 
     def _find_closing_bracket_of_unopened_list(
