@@ -595,7 +595,15 @@ class _PartlyBoundAchiever:
         cached_action_counter: counter of cached actions. At its limit, further actions are not cached.
     """
 
-    __slots__ = ("_actions", "_cached_action_counter", "_cached_bindings", "_partial", "_readers", "achiever")
+    __slots__ = (
+        "_actions",
+        "_cached_action_counter",
+        "_cached_bindings",
+        "_failing_count",
+        "_partial",
+        "_readers",
+        "achiever",
+    )
 
     def __init__(
         self,
@@ -611,6 +619,7 @@ class _PartlyBoundAchiever:
         self._readers = readers
         self._cached_action_counter = cached_action_counter
         self._actions: dict[tuple[int, ...], _GroundAction] = {}
+        self._failing_count: tuple[State | None, int] = None, 0
 
     def generate_complete_bindings(
         self, state: State, usable_objects_mask: int, effort: SearchEffort | None = None
@@ -626,9 +635,14 @@ class _PartlyBoundAchiever:
 
     def has_min_number_of_failing_conditions(self, state: State, min_count: float) -> bool:
         """Whether at least ``min_count`` conditions without unbound variables fail in a state."""
-        binding, failing = [*self._partial.binding], 0
-        for holds in self._partial.join.needed:
-            failing += not holds(state, binding)
+        conditions = self._partial.join.needed
+        if len(conditions) < min_count:
+            return False
+        tested_state, failing = self._failing_count  # another thread may replace the attribute
+        if tested_state is not state:
+            binding = [*self._partial.binding]
+            failing = sum([not holds(state, binding) for holds in conditions])
+            self._failing_count = state, failing
         return failing >= min_count
 
     def find_actions_that_may_have_effect(
