@@ -150,6 +150,14 @@ def test_every_library_pays_the_same(name: str, ability: Ability) -> None:
         assert (stepped["reward"], stepped["done"], stepped["metadata"]) == (worth, True, paid["extra_logs"])
 
 
+def test_an_answer_of_many_blanks_is_read_at_once() -> None:
+    """Each blank used to be compared with all later ones, which took minutes."""
+    name, ability = ABILITIES[0]
+    task, _ = gold(name, ability)
+    asked = [f"{PROMPT}I{' ' * 400_000}see<|im_end|>\n"], [PROMPT], [task]
+    assert reward_func(*asked)["rewards"] == 0
+
+
 def test_a_task_that_cannot_be_earned_has_no_reward_or_zero() -> None:
     suite = eai.open("virtualhome", "action_sequencing")
     task = suite.reference(next(i for i in suite.task_ids if not suite.tasks[i].goals))

@@ -25,7 +25,7 @@ LOOK = "LOOK"
 MAX_LENGTH = 10_000
 """Maximum number of characters of a command; longer commands are not parsed."""
 
-_LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
+_LINE = re.compile(r"\s*([\w-]+)(?:\s*\(([^()\n]*)\))?\s*")
 
 
 def convert_command_to_text(command: object) -> str:

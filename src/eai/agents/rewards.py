@@ -34,7 +34,7 @@ PROMPT_NOT_FOUND = "prompt_not_found"
 _POLICY_ROLE = "assistant"
 """Role of messages that the policy wrote. A last message with another role is no answer."""
 
-_SPECIAL_TOKENS = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
+_SPECIAL_TOKENS = re.compile(r"(?<!\s)(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
 """Pattern of the special tokens of tokenizers at the end of a decoded text."""
 
 

@@ -173,10 +173,11 @@ def make_dict_refusing_repeated_keys(pairs: list[tuple[str, object]]) -> dict[st
     Raises:
         InputError: a member occurs twice.
     """
-    members = dict(pairs)
-    if len(members) < len(pairs):
-        repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
-        raise InputError(f"the member {repeated!r} occurs twice in a JSON object; keep one")
+    members: dict[str, object] = {}
+    for key, value in pairs:
+        if key in members:
+            raise InputError(f"the member {key!r} occurs twice in a JSON object; keep one")
+        members[key] = value
     return members
 
 
