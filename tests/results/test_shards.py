@@ -30,7 +30,7 @@ def test_shards_are_counted_from_one(text: str, shard: RunShard) -> None:
     assert shard.records_file_name == f"records.shard-{shard.number}-of-{shard.of}.jsonl"
 
 
-@pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "a/b", "1/3/5"])
+@pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "a/b", "1/3/5", f"1/{'9' * 5000}"])
 def test_an_invalid_shard_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="is no shard: expected I/N"):
         RunShard.parse(text)

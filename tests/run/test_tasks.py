@@ -69,6 +69,7 @@ def test_a_task_takes_arguments() -> None:
         (272, ["27_2"]),
         ("27_2", ["27_2"]),
         (["27_2", "975_2"], ["975_2", "27_2"]),
+        ([272, 9752], ["975_2", "27_2"]),
     ):
         task = make(tasks=tasks, planner="none", protocol=PROTOCOLS[-1].value, prompts="eai")
         assert [sample.id for sample in task.dataset] == ids

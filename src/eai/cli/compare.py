@@ -69,8 +69,9 @@ def compare(
         raise InputError(
             f"{first} and {second}: expected records of the same domain, ability and protocol{hint}"
         )
-    for place in before.keys() ^ after.keys():
-        print_note(f"only one side has {place}")
+    for place in (*before, *after):
+        if place not in shared:
+            print_note(f"only one side has {place}")
     printed: list[Json] = []
     for place in shared:
         one, other = before[place], after[place]

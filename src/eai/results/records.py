@@ -204,7 +204,7 @@ def format_summary(
 
 T = TypeVar("T")
 
-_SHARD_TEXT = re.compile(r"([0-9]+)/([0-9]+)")
+_SHARD_TEXT = re.compile(r"([0-9]{1,9})/([0-9]{1,9})")
 _SHARD_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
 
 

@@ -350,19 +350,23 @@ def _make_prompts_stating_model_goals_or_scenes(
     return prompts, beliefs
 
 
-def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
+def _select_prompts(
+    prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str | int]
+) -> Mapping[str, Prompt]:
     """Return the prompts of the named tasks, in the order of the data set.
 
     Raises:
         InputError: a name is unknown or ambiguous.
     """
-    if isinstance(tasks, int):  # Inspect reads arguments as YAML, in which 27_2 is the number 272
-        matching_ids = [task_id for task_id in prompts if task_id.replace("_", "") == str(tasks)]
-        if len(matching_ids) != 1:
-            raise InputError(f"tasks={tasks}: expected the id of a task, found a number; use --sample-id")
-        tasks = matching_ids
-    requested_ids = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
-    for task_id in requested_ids - prompts.keys():
+    requested_ids = dict[str, None]()
+    for name in [tasks] if isinstance(tasks, str | int) else tasks:
+        matching_ids = [str(name).strip()]
+        if isinstance(name, int):  # Inspect reads arguments as YAML, in which 27_2 is the number 272
+            matching_ids = [task_id for task_id in prompts if task_id.replace("_", "") == str(name)]
+            if len(matching_ids) != 1:
+                raise InputError(f"tasks={name}: expected the id of a task, found a number; use --sample-id")
+        requested_ids |= dict.fromkeys(filter(None, matching_ids))
+    for task_id in requested_ids.keys() - prompts.keys():
         hint = did_you_mean(task_id, prompts)
         raise InputError(f"tasks: {task_id!r} is not a task of this suite{hint}")
     return {task_id: prompts[task_id] for task_id in prompts if task_id in requested_ids}
