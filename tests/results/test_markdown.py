@@ -53,6 +53,12 @@ def test_a_table_in_latex_has_groups_of_columns() -> None:
     assert r"\textsuperscript{2} two\par" in lines
 
 
+def test_latex_without_groups_has_one_line_of_headings() -> None:
+    columns = (Column("model", "Model"), Column("run", "Run", digits=1))
+    lines = format_latex_table(Table("t", "Title", "Percent", columns, (("a", 1.0),)), label="x").splitlines()
+    assert lines[lines.index(r"\toprule") + 1 : lines.index(r"\midrule")] == [r"Model & Run \\"]
+
+
 def test_latex_without_intervals_does_not_mention_them() -> None:
     assert "intervals" not in format_latex_table(TABLE, label="x", intervals=False)
     assert "scriptsize" not in format_latex_table(TABLE, label="x", intervals=False)

@@ -102,8 +102,9 @@ def _format_heading(columns: Sequence[Column]) -> Iterator[str]:
         else:
             groups += [""] * width
         start += width
-    yield _format_line(groups)
-    yield "".join(rules)
+    if rules:
+        yield _format_line(groups)
+        yield "".join(rules)
     yield _format_line(
         [escape_latex(column.heading) + _format_footnote_marks(column.notes) for column in columns]
     )
