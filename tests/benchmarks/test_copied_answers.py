@@ -104,6 +104,11 @@ def test_the_copied_plan_has_an_action_for_each_part_of_the_goal() -> None:
     ]
 
 
+def test_the_copied_plan_uses_the_relevant_object_even_if_it_is_listed_twice() -> None:
+    benchmark = toy(Occurs("LIGHT")).with_changed_tasks(lambda task: replace(task, relevant=(0, 0)))
+    assert copy(benchmark, Ability.ACTION_SEQUENCING) == [{"action": "LIGHT", "object": "lamp"}]
+
+
 def test_copied_operators_apply_the_goal_to_their_parameters() -> None:
     benchmark = toy(lit(LAMP), Not(warm(OVEN)))
     written = copy(benchmark, Ability.TRANSITION_MODELING)

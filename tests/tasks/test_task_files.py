@@ -65,6 +65,11 @@ def test_a_folder_is_a_benchmark() -> None:
     assert find_benchmark(str(folder / "b.jsonl")).name == "lamps-b"
 
 
+def test_a_relevant_object_that_is_listed_twice_counts_once() -> None:
+    file = put("twice.jsonl", {**LINE, "relevant": ["box", "lamp_1", "box"]})
+    assert find_benchmark(str(file)).tasks(Source())["one"].relevant == (3, 1)
+
+
 CASES = [
     ("{", "line 1: expected JSON"),
     ("[]", 'expected a task as a JSON object with the string "id"'),

@@ -48,7 +48,7 @@ from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.relation import iterate_bits
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Scene
 
 _WORD = re.compile(r"[a-z]{2,}")
@@ -289,7 +289,7 @@ def _ground_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task)
 
     The action need not be possible.
     """
-    usable = sum(1 << index for index in task.relevant)
+    usable = make_mask(task.relevant)
     for achiever, scope in matches:
         for binding in achiever.generate_complete_bindings(
             task.initial, scope, usable, SearchEffort(Limits().bindings)

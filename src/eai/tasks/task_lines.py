@@ -142,7 +142,9 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
         instruction=line.instruction,
         initial=_read_initial_state(line, scene),
         goals=goals,
-        relevant=tuple([_find_object_index(name, scene.index, "relevant") for name in relevant]),
+        relevant=tuple(
+            [_find_object_index(name, scene.index, "relevant") for name in dict.fromkeys(relevant)]
+        ),
         script=tuple(_read_plan("plan", line.plan, domain, scene)),
         special=_read_special_task_mark(line, goals, scene),
         shortest_plan=tuple(_read_plan("shortest", line.shortest, domain, scene)),
