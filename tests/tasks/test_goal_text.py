@@ -28,7 +28,9 @@ def test_a_goal_as_text_is_the_formula() -> None:
 
 
 def test_the_agent_may_be_named_as_in_the_domain() -> None:
-    assert make_task("t", "", toy.initial(), toy.at(AGENT, "hall")).goals
+    task = make_task("t", "", toy.initial(), toy.at(AGENT, "hall"))
+    assert task.goals == make_task("t", "", toy.initial(), toy.at("robot", "hall")).goals
+    assert task.find_objects_named_in_goals(task.goals) == {0, 1}
     scene = Scene(toy.VOCABULARY, {"hall": "place"})
     with pytest.raises(InputError, match="there is no object agent"):
         make_task("t", "", scene.state([]), toy.at(AGENT, "hall"))

@@ -8,7 +8,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import format_ltl
-from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_names
+from eai.logic.rewriting import rename_objects, rewrite_state_subformulas, standardize_variable_names
 from eai.logic.signature import describe_wrong_arity
 from eai.logic.traversal import (
     find_free_variables,
@@ -114,6 +114,7 @@ def make_task(
     if not isinstance(task_id, str) or not task_id:
         raise InputError(f"expected the id of a task as a text, found {task_id!r}")
     scene = initial.scene
+    agent_name = {} if scene.agent is None else {AGENT.name: scene.objects[scene.agent].name}
     formulas = []
     for number, stated in enumerate(goals, 1):
         with prefix_errors_with_location(f"task {task_id}, goal {number}"):
@@ -123,7 +124,7 @@ def make_task(
                 raise InputError(f"expected a text or a formula, found {type(stated).__name__}")
             else:
                 check_goal_names(stated, scene)
-                formulas.append(stated)
+                formulas.append(rename_objects(stated, agent_name))
     everything = tuple(range(len(scene.objects)))
     return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)
 
