@@ -51,6 +51,11 @@ def test_each_possible_action_is_drawn_about_equally_often(lamps: str) -> None:
     assert 140 < min(drawn.values()) <= max(drawn.values()) < 260
 
 
+def test_a_random_answer_about_no_objects_has_no_steps(lamps: str) -> None:
+    benchmark = find_benchmark(lamps).with_changed_tasks(lambda task: replace(task, relevant=()))
+    assert open_random_answers(benchmark, PLANS)("light", "1", ()).text == "[]"
+
+
 @pytest.mark.parametrize(
     "ability", [ability for ability in PAPER_ABILITIES if ability is not Ability.TRANSITION_MODELING]
 )

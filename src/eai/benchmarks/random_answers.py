@@ -116,6 +116,8 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
     listed actions can be drawn.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
+    if not any(sizes):
+        return None
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
         if isinstance(attempt_action(domain, History(state), action), State):
