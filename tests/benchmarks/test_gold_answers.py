@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from itertools import pairwise
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import pytest
 
 from by_path import TESTS
 from eai.abilities.declaration import get_declaration
+from eai.abilities.feedback import REASONS_PREFIX
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.base.errors import InputError
@@ -14,6 +16,7 @@ from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import (
     AnswerInParts,
     make_noisy_answer,
+    make_noisy_answer_heeding_feedback,
     open_answers_of_planner,
     open_gold_answers,
 )
@@ -47,6 +50,28 @@ def test_noise_drops_repeats_swaps_and_replaces_parts() -> None:
     assert any(part == after for parts in answers for part, after in pairwise(parts))
     assert any(part > after for parts in answers for part, after in pairwise(parts))
     assert any(part.startswith("2") for parts in answers for part in parts)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.0])
+def test_a_task_without_an_answer_has_no_noisy_answer(rate: float) -> None:
+    book = {"1": AnswerInParts((), json.dumps, "no plan exists")}
+    answer = make_noisy_answer(book, "1", rate, "0")
+    assert (answer.why_none, answer.text) == ("no plan exists", "")
+
+
+@pytest.mark.parametrize(("heed", "second"), [(1.0, "word"), (0.0, "")])
+def test_an_answer_that_lost_its_only_part_is_repaired(heed: float, second: str) -> None:
+    book = {"1": AnswerInParts(("word",), "".join)}
+    seed = next(seed for seed in map(str, range(99)) if make_noisy_answer(book, "1", 1.0, seed).text == "")
+
+    def answer(question: str, attempt: int) -> str:
+        return make_noisy_answer_heeding_feedback(
+            book, "1", question, attempt, error_rate=1.0, seed=seed, repair_probability=heed
+        ).text
+
+    assert answer("Say it.", 1) == answer("Say it.", 2) == ""
+    assert answer(f"Say it.\n\n{REASONS_PREFIX} 1:", 2) == second
+    assert answer(f"Say it.\n\n{REASONS_PREFIX} 1:\n\nword\n\n{REASONS_PREFIX} 2:", 3) == "word"
 
 
 @pytest.mark.parametrize("suite", [PLANS, ("virtualhome", Ability.GOAL_INTERPRETATION)])

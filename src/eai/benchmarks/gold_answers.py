@@ -67,7 +67,11 @@ def make_noisy_answer_heeding_feedback(
     Otherwise the model repeats its answer.
     """
     versions = list(yield_corrupted_answer_and_repaired_versions(answers, task_id, error_rate, seed))
-    position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
+    # Every text contains an empty answer. It counts as the last answer only if no other answer is found.
+    position, last = max(
+        (question.rfind(version.text) if version.text else 0, number)
+        for number, version in enumerate(versions)
+    )
     if attempt == 1 or position < 0:
         return versions[0]
     has_reason = REASONS_PREFIX in question[position + len(versions[last].text) :]
@@ -96,7 +100,7 @@ def yield_corrupted_answer_and_repaired_versions(
 def _make_answer_from_corrupted_parts(
     segments: Iterable[_GoldAndCorruptedParts], answer: AnswerInParts
 ) -> AnswerInParts:
-    return AnswerInParts(tuple([part for _, parts in segments for part in parts]), answer.join)
+    return replace(answer, parts=tuple([part for _, parts in segments for part in parts]))
 
 
 def _corrupt_answer_parts(
