@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +14,7 @@ from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId, VirtualHomePlanNotation, read_steps
 from eai.world.action import Action
+from eai.world.state import Scene
 
 ACTION_NAMES = ("WALK", "GRAB", "SIT", "PUTBACK")
 
@@ -176,6 +179,13 @@ def test_a_class_followed_by_an_id_is_read_as_one_object(text: str, objects: tup
     plan = NOTATION.read(text)
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[0].objects == objects
+
+
+def test_an_object_may_have_no_id() -> None:
+    task = make_task()
+    scene = Scene(task.scene.vocabulary, {"cup.13": "cup", "box": "box", "bed.20": "bed"})
+    task = replace(task, initial=scene.state([]), relevant=(0, 1, 2))
+    assert NOTATION.list_words_that_name_objects(task) == ("cup", "box", "bed", "13", "20")
 
 
 def test_a_message_names_an_object_by_class_and_id() -> None:

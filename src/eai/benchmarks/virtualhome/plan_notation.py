@@ -113,7 +113,7 @@ class VirtualHomePlanNotation(PlanNotation):
     def list_words_that_name_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words that name the relevant objects: their classes and ids."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
-        return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
+        return tuple(dict.fromkeys([word for words in zip_longest(*named) for word in words if word]))
 
     def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of a list of objects with one step each.
