@@ -160,6 +160,7 @@ def test_several_goals_are_joined(number: int) -> None:
         "Please the lamp is switched on.",
         "Please put no cup inside box_1.",
         "Please put exactly two cups inside box_1.",
+        "Make sure that cup_1 is clean until cup_1 is clean until the lamp is switched on.",
     ],
 )
 def test_a_sentence_without_a_goal_is_refused(text: str) -> None:

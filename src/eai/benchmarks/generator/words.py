@@ -336,8 +336,10 @@ class _InstructionReader:
             return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
         over_time = next((word for word in (e.WHILE, e.UNTIL, e.AFTER) if f" {word} " in text), None)
         if over_time is not None:
-            one, other = text.split(f" {over_time} ")
-            return self._read_goal_with_time_word(over_time, one, other)
+            clauses = text.split(f" {over_time} ")
+            if len(clauses) != 2:
+                raise InputError(f"expected the word {over_time!r} only once in {text!r}")
+            return self._read_goal_with_time_word(over_time, *clauses)
         is_choice = text.startswith("either ")
         return _require_one_meaning(
             self._yield_readings_of_disjunction(text.removeprefix("either "))
