@@ -98,6 +98,11 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
     assert ("is_soaked", "rag.n.01_1") not in found
 
 
+def test_a_problem_may_declare_its_rooms(behavior_tasks: BehaviorTasks) -> None:
+    declared = read("behavior", KITCHEN.replace("agent.n.01)", "agent.n.01\n    kitchen - room)"))
+    assert facts(declared.initial) == facts(read("behavior", KITCHEN).initial)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -145,6 +150,7 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
         ),
         ("(:init", "(:start", "line 9, column 4: expected "),
         ("(onfloor agent", "(ontop agent", "line 15: there is no object agent.n.01_1"),
+        ("(not (soaked rag.n.01_1))", "(dusty agent.n.01_1)", "line 14: there is no object agent.n.01_1"),
         ("(not (dusty ?table.n.02_1))", "(dusty agent.n.01_1)", "line 16: there is no object agent.n.01_1"),
     ],
 )

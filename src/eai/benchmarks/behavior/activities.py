@@ -32,6 +32,7 @@ from eai.tasks.task import Task
 from eai.world.state import State
 
 _ROOM = "inroom"
+_ROOM_TYPE = "room"
 
 
 _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
@@ -51,11 +52,11 @@ def make_activity_problem_reader(tasks: TaskSet[BehaviorTask]) -> DomainAndProbl
     kinds = group_pairs((obj.category, (obj.model, obj.synset, obj.abilities)) for obj in objs)
     arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
     facts = [atom for record in records for atom in record.problem.initial]
-    rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
+    rooms = {atom.arguments[1].name: _ROOM_TYPE for atom in facts if atom.predicate == _ROOM}
     published = {record.problem.name: record for record in records}
     usual = {category: Counter(objects).most_common(1)[0][0] for category, objects in kinds.items()}
     header = make_domain_without_operators(
-        "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, "room"), OBJECT), rooms, arities
+        "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, _ROOM_TYPE), OBJECT), rooms, arities
     )
     return header, lambda problem: _build_state_and_condition_translator(
         problem, published.get(problem.name), usual
@@ -80,10 +81,11 @@ def _build_state_and_condition_translator(
         (obj.instance, obj.category): obj
         for obj in (() if published_record is None else published_record.objects)
     }
-    declared = [(item.name, item.type) for item in problem.objects if item.type != AGENT_CATEGORY]
+    declared = [(item.name, item.type) for item in problem.objects]
     objs = [
         published_objects.get((n, kind)) or BehaviorObject(n, n, kind, *usual_object_by_category[kind])
         for n, kind in declared
+        if kind not in (AGENT_CATEGORY, _ROOM_TYPE)
     ]
     record = BehaviorRecord(
         id=problem.name,

@@ -168,7 +168,7 @@ def yield_initial_states_of_objects(
     """Yield the initial states of objects, each as a pair of a predicate and the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
-        if len(fact.arguments) == 1:
+        if len(fact.arguments) == 1 and fact.arguments[0].name in name_of:
             yield fact.predicate, name_of[fact.arguments[0].name]
     for obj in record.objects:
         if obj.model in unpublished_facts.initially_open and "open" in obj.possible_states:
