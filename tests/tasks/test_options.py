@@ -64,3 +64,26 @@ class DeskLamp(Lamp):
 def test_an_inherited_option_keeps_its_meaning_and_a_redeclared_option_has_its_own() -> None:
     assert DeskLamp.describe_option("colour") == "The colour of its light."
     assert DeskLamp.describe_option("height") == "The height above the desk."
+
+
+class Shelf(Options):
+    """A shelf.
+
+    Attributes:
+        width: The width in metres.
+        boards: The heights of its boards.
+        books: The names of books on it.
+        has_back: Whether it has a back.
+    """
+
+    width: float
+    boards: tuple[int, ...] = Field(default_factory=lambda: (1, 2))
+    books: tuple[str, ...] = Field(default_factory=tuple)
+    has_back: bool = True
+
+
+@pytest.mark.parametrize(
+    ("option", "text"), [("width", ""), ("boards", "1,2"), ("books", ""), ("has_back", "true")]
+)
+def test_a_default_is_formatted_as_a_file_states_it(option: str, text: str) -> None:
+    assert Shelf.format_default(option) == text

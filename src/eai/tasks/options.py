@@ -148,7 +148,8 @@ class Options(BaseModel):
     @classmethod
     def format_default(cls, option: str) -> str:
         """Return the default value of an option as a file states it; an empty text if it has no default."""
-        value = cls.model_fields[option].default
+        field = cls.model_fields[option]
+        value = None if field.is_required() else field.get_default(call_default_factory=True)
         if value in (None, (), {}):
             return ""
         if isinstance(value, tuple):
