@@ -542,15 +542,10 @@ class CandidateAction(NamedTuple):
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return numbers if numbers or self.all_checks_hold(state) else [len(checks)]
 
-    def count_failing_checks_movement_cannot_fix(self, state: State, max_count: int) -> int:
-        """Count the failing checks that movement cannot change. The count stops at ``max_count``."""
-        count = 0
-        for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
-            if not moved and not check.holds(state, self.binding):
-                count += 1
-                if count == max_count:
-                    break
-        return count
+    def count_failing_checks_movement_cannot_fix(self, state: State) -> int:
+        """Return the number of failing checks that movement cannot change."""
+        checks = zip(self.info.operator.checks, self.info.movable, strict=False)
+        return sum([not movable and not check.holds(state, self.binding) for check, movable in checks])
 
     def needs_objects_of_other_kind(self, failing_checks: Sequence[int]) -> bool:
         """Whether a failing check requires another kind of object. No other action can help then."""

@@ -479,7 +479,7 @@ class _FailedSearch:
     def _bound_distance_to_subgoal(
         self, node: PlanNode, candidate: CandidateAction, goal_parts_met: int
     ) -> _DistanceToSubgoal:
-        lacking = candidate.count_failing_checks_movement_cannot_fix(node.state, len(candidate.info.movable))
+        lacking = candidate.count_failing_checks_movement_cannot_fix(node.state)
         return (
             -goal_parts_met,
             self._compute_lower_bound_on_failing_checks(node, candidate, lacking),
