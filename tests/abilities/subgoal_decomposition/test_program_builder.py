@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.subgoal_decomposition import program_builder
 from eai.abilities.subgoal_decomposition.program_builder import MAX_LITERALS, _QuantifierRange
 from eai.base.errors import InputError
 from eai.logic.formula import Formula
@@ -13,6 +14,7 @@ from world import toy
 
 START = toy.initial()
 OBJECTS = len(START.scene.objects)
+PLACES = START.scene.get_category_mask("place").bit_count()
 TASK = Task("1", "Toy", "Tidy up.", START, (), (1, 2, 3))
 EXTENT = _QuantifierRange(TASK)
 QUANTIFIERS = (
@@ -36,19 +38,22 @@ def formula(text: str) -> Formula:
         ("lit(lamp) or at(red, shed)", 2, 2),
         ("(lit(lamp) or lit(red)) and (lit(blue) or lit(box))", 4, 4 * 2),
         ("exists x. (lit(x) and at(x, shed))", 2 * OBJECTS, 3 * 2),
+        ("exists x. (lit(x)) and exists y. (at(y, shed))", 2 * OBJECTS, 3 * 3 * 2),
         ("forall x. (lit(x))", OBJECTS, OBJECTS),
         ("forall x. (forall y. (at(x, y)))", OBJECTS**2, OBJECTS**2),
-        ("forall x:place. (lit(x) or lit(lamp))", None, None),
+        ("forall x:place. (lit(x) or lit(lamp))", 2 * PLACES, 2**PLACES * PLACES),
     ],
 )
 def test_the_literals_of_a_formula_are_counted(
-    text: str, literals: int | None, count_alternative_literals: int | None
+    text: str, literals: int, count_alternative_literals: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    places = START.scene.get_category_mask("place").bit_count()
-    assert EXTENT.count_literals(formula(text)) == (2 * places if literals is None else literals)
-    assert EXTENT.compute_upper_bound_on_dnf_literal_count(formula(text)) == (
-        2**places * places if count_alternative_literals is None else count_alternative_literals
-    )
+    assert EXTENT.count_literals(formula(text)) == literals
+    largest = max(literals, count_alternative_literals)
+    monkeypatch.setattr(program_builder, "MAX_LITERALS", largest)
+    EXTENT.require_dnf_within_literal_limit(formula(text))
+    monkeypatch.setattr(program_builder, "MAX_LITERALS", largest - 1)
+    with pytest.raises(InputError):
+        EXTENT.require_dnf_within_literal_limit(formula(text))
 
 
 @pytest.mark.parametrize("quantifier", ["forall", "exists"])
@@ -59,7 +64,7 @@ def test_a_subgoal_with_too_many_literals_is_rejected_at_once(quantifier: str) -
     with pytest.raises(InputError, match="more than 100,000 literals"):
         EXTENT.count_literals(formula(text))
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.compute_upper_bound_on_dnf_literal_count(formula(text))
+        EXTENT.require_dnf_within_literal_limit(formula(text))
 
 
 @pytest.mark.parametrize("outer", QUANTIFIERS)
@@ -78,9 +83,8 @@ def test_every_quantifier_in_every_other_is_multiplied(outer: str, inner: str) -
 
 @pytest.mark.parametrize("quantifier", QUANTIFIERS)
 def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> None:
-    places = START.scene.get_category_mask("place").bit_count()
     text = quantifier.format("a: place", "b: place", "lit(a)")
-    assert EXTENT.count_literals(formula(text)) == places ** (2 if "pairs" in text else 1)
+    assert EXTENT.count_literals(formula(text)) == PLACES ** (2 if "pairs" in text else 1)
 
 
 @pytest.mark.parametrize("inner", QUANTIFIERS)
@@ -95,9 +99,9 @@ def test_a_quantifier_over_an_empty_class_counts_as_one(inner: str) -> None:
 def test_alternatives_without_literals_are_counted() -> None:
     """Each pair of objects has three alternatives without literals. They must not be expanded one by one."""
     nothing = "exists b. (forall c: unicorn. (at(b, c)))"
-    assert EXTENT.compute_upper_bound_on_dnf_literal_count(formula(nothing)) == 3
+    EXTENT.require_dnf_within_literal_limit(formula(nothing))
     with pytest.raises(InputError, match="more than 100,000 literals"):
-        EXTENT.compute_upper_bound_on_dnf_literal_count(formula(f"forall a. (forall e. ({nothing}))"))
+        EXTENT.require_dnf_within_literal_limit(formula(f"forall a. (forall e. ({nothing}))"))
 
 
 def test_an_exists_tries_the_objects_of_the_task() -> None:

@@ -111,19 +111,19 @@ class _QuantifierRange:
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
-    def compute_upper_bound_on_dnf_literal_count(self, formula: f.Formula) -> int:
-        """Return an upper bound of the number of literals in all disjuncts of a formula together.
+    def require_dnf_within_literal_limit(self, formula: f.Formula) -> None:
+        """Check that all disjuncts of a formula together have at most `MAX_LITERALS` literals.
 
-        The bound is the number of disjuncts times the number of literals in the longest disjunct. Negations
-        stand only before atoms in this formula (negation normal form). A disjunct without literals counts as
-        one literal: for example, a ``forall`` over a class without objects.
+        The number is bounded by the number of disjuncts times the number of literals in the longest disjunct.
+        Negations stand only before atoms in this formula (negation normal form). A disjunct without literals
+        counts as one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
             InputError: the bound is above `MAX_LITERALS`, or one test of the formula may evaluate more than
                 `MAX_LITERALS` literals (`count_literals`).
         """
         self.count_literals(formula)
-        return _require_count_within_literal_limit(
+        _require_count_within_literal_limit(
             self._count_disjuncts(formula) * max(1, self._count_literals_of_longest_disjunct(formula))
         )
 
@@ -498,7 +498,7 @@ class _SubgoalProgramBuilder:
         complete subgoal (``is_whole_subgoal``), the subgoal is reported as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
-        self._extent.compute_upper_bound_on_dnf_literal_count(observed)
+        self._extent.require_dnf_within_literal_limit(observed)
         alternatives = tuple(dict.fromkeys(self._list_disjuncts(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
