@@ -84,7 +84,6 @@ EQUIVALENT: dict[str, str] = {
     "logic/ltl.py: 0 is 1 in "
     "`self._stack.append(_PartlyParsedSubformula(PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
-    "results/certainty.py: 0 is 1 in `if len(complete[0]) < len(parts):`": "no task means no title",
     "results/comparison.py: GtE is Gt "
     "in `extreme += _compute_absolute_rate_difference(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
