@@ -70,7 +70,10 @@ def test_what_is_not_whole_is_not_merged(eai: Command, folder: Path) -> None:
     )
     assert unequal in eai("score", "parts", "--merge").err
     part.write_text(whole.replace('"model": "whole"', '"model": "other"'))
-    assert "expected the shards of one run, found whole, other" in eai("score", "parts", "--merge").err
+    assert (
+        "expected the shards of one run, found model whole and model other"
+        in eai("score", "parts", "--merge").err
+    )
     part.write_text(whole)
     eai("score", "answers/whole_outputs.json", *SUITE, "--shard", "1/2", "--out", "parts")
     assert "expected the shards of one run, found some of 2 and of 4" in eai("score", "parts", "--merge").err

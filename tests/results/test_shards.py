@@ -3,10 +3,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.errata import ApplicableErrata
@@ -80,15 +83,40 @@ def test_a_missing_shard_is_reported(given: Sequence[RunShard], told: str, tmp_p
 
 
 @pytest.mark.parametrize(
-    "change",
-    [{"model": "n"}, {"data_sha256": "1" * 64}, {"errata": ApplicableErrata("2")}, {"errata": None}],
+    ("change", "different"),
+    [
+        ({"model": "n"}, "model m and model n"),
+        ({"data_sha256": "1" * 64}, f"data_sha256 {'0' * 64} and data_sha256 {'1' * 64}"),
+        ({"errata": ApplicableErrata("2")}, "errata 1 and errata 2"),
+        ({"errata": None}, "errata 1 and errata None"),
+        ({"protocol": Protocol("eai-1.0.5")}, "protocol strict and protocol eai-1.0.5"),
+        ({"domain": "switches"}, "domain lamps and domain switches"),
+        (
+            {"ability": Ability.SUBGOAL_DECOMPOSITION, "verdict": SubgoalVerdict(success=True)},
+            "ability action_sequencing and ability subgoal_decomposition",
+        ),
+        ({"suite_size": 7}, "suite_size None and suite_size 7"),
+        ({"experiment": Experiment(rules="slip-0.5")}, "experiment None and experiment rules-slip-0.5"),
+    ],
 )
-def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_path: Path) -> None:
+def test_shards_of_different_runs_are_not_merged(
+    change: dict[str, Any], different: str, tmp_path: Path
+) -> None:
     first, second = [[replace(each, errata=ApplicableErrata("1"))] for each in RECORDS[:2]]
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(records)])
-    with pytest.raises(InputError, match="expected the shards of one run, found m, "):
+    with pytest.raises(InputError, match=f"expected the shards of one run, found {different}$"):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])
+
+
+def test_shards_of_episodes_in_several_harnesses_are_merged(tmp_path: Path) -> None:
+    told = [
+        replace(each, experiment=Experiment(harness=harness))
+        for each, harness in zip(RECORDS, ("react", "text"), strict=False)
+    ]
+    for number in (1, 2):
+        write_shard(tmp_path, RunShard(number, 2), [make_record_batch(told[number - 1 : number])])
+    assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).record_count == len(told)
 
 
 def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic_core import from_json
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, prefix_errors_with_location
@@ -282,18 +284,33 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
 
 def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
     """Yield the records of all shards (parts) in the original order, in groups of one from each shard."""
-    first: Record | None = None
+    expected: dict[str, object] | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]
-        first = first or round_[0]
+        expected = expected or _describe_run(round_[0])
         for record in round_:
-            if _identify_run(record) != _identify_run(first):
-                raise InputError(
-                    f"{folder}: expected the shards of one run, found {first.model}, {record.model}"
-                )
+            for name, value in _describe_run(record).items():
+                if value != expected[name]:
+                    raise InputError(
+                        f"{folder}: expected the shards of one run, "
+                        f"found {name} {expected[name]} and {name} {value}"
+                    )
         yield round_
 
 
-def _identify_run(record: Record) -> tuple[str, str, str | None]:
-    """Return the values that all scored answers of a run share: model, digest of data, errata version."""
-    return record.model, record.data_sha256, None if record.errata is None else record.errata.version
+def _describe_run(record: Record) -> dict[str, object]:
+    """Return the values that all scored answers of a run share, by name.
+
+    The harness is left out: a file may have episodes of several harnesses.
+    """
+    experiment = record.experiment or Experiment()
+    return {
+        "protocol": record.protocol.value,
+        "domain": record.domain,
+        "ability": record.ability.value,
+        "model": record.model,
+        "data_sha256": record.data_sha256,
+        "suite_size": record.suite_size,
+        "errata": None if record.errata is None else record.errata.version,
+        "experiment": replace(experiment, harness=None).label or None,
+    }
