@@ -71,6 +71,8 @@ def written(folder: Path, model: str, texts: Mapping[str, str]) -> Path:
         {"observe": "full", "feedback": "outcome"},
         {"feedback": "facts", "budget": 4.0, "steps": 20},
         {"slip": 0.25, "slip_seed": 3},
+        {"slip_seed": 5},
+        {"verifier": True},
         {"budget": 0.1},
         {"prompts": "short"},
         {"feedback": "outcome", "observe": "full", "prompts": "facts", "slip": 0.1},

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
-from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
+from eai.abilities.experiment import MAX_SEED
 from eai.abilities.notation.plans import resolve_plan
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.agents import AGENTS
@@ -20,7 +20,14 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.agents.setting import AGENT_SETTING_FIELD, HARNESSES, STANDARD, TEXT, AgentSetting
+from eai.agents.setting import (
+    AGENT_SETTING_FIELD,
+    HARNESSES,
+    STANDARD,
+    TEXT,
+    AgentSetting,
+    make_rules_label,
+)
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -259,11 +266,8 @@ def make_label_of_nonstandard_rules(episode: StoredEpisode) -> str | None:
     rules = episode.rules or standard
     values = {**rules.model_dump(mode="json"), "slip_seed": episode.seed if rules.slip else 0}
     usual = {**standard.model_dump(mode="json"), "slip_seed": 0}
-    different = [name for name in RULE_NAMES if values[name] != usual[name]]
-    return (
-        RULES_SEPARATOR.join([f"{RULE_NAMES[name]}-{str(values[name]).lower()}" for name in different])
-        or None
-    )
+    different = {RULE_NAMES[name]: values[name] for name in RULE_NAMES if values[name] != usual[name]}
+    return make_rules_label(different) or None
 
 
 def _read_command_lines(lines: Sequence[str]) -> StoredEpisode | Unreadable:

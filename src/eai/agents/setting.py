@@ -94,9 +94,17 @@ class AgentSetting(Options):
 
     @property
     def label(self) -> str:
-        """Text with all fields that differ from their defaults, except ``harness``; may be empty."""
-        chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
-        return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
+        """Text with all fields that differ from their defaults; may be empty.
+
+        It leaves out ``harness``, and ``slip_seed`` if no action slips.
+        """
+        exclude = {"harness"} if self.slip else {"harness", "slip_seed"}
+        return make_rules_label(self.model_dump(mode="json", exclude_defaults=True, exclude=exclude))
+
+
+def make_rules_label(values: Mapping[str, Any]) -> str:
+    """Return a text with rules, given as a mapping from their names to their values."""
+    return RULES_SEPARATOR.join([f"{name}-{str(value).lower()}" for name, value in values.items()])
 
 
 STANDARD = AgentSetting()
