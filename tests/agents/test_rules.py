@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,23 @@ def test_score_keeps_episodes_by_other_rules_apart(eai: Command, tmp_path: Path,
     assert "until-goal" not in before.replace("\\", "")
     assert f"m, rules-{EASY_NAME}" in after.replace("\\", "")
     assert "Unreplayable" in before
+
+
+def test_episodes_by_other_rules_in_any_epoch_are_lost_even_if_answers_may_be_missing(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first task is played by other rules twice, the second once. The third is lost or not answered."""
+    easy = {"both": won("both", EASY)}
+    epochs = ({**easy, "half": won("half")}, {**easy, "half": won("half", EASY), "greet": "DONE"})
+    first, second = [
+        ResponseFile("m", tuple([Response(*each) for each in texts.items()])) for texts in epochs
+    ]
+    answers = replace(first, further_epochs=(second,))
+    monkeypatch.setattr("eai.cli.score.read_responses", lambda *_, **__: answers)
+    asked = ("score", written(tmp_path, "m", easy), "--domain", DOMAIN, "--ability", "acting")
+    assert eai(*asked, "--allow-missing", "--out", tmp_path / "out").status == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["success"] == {"value": pytest.approx(16.67, abs=0.01), "numerator": 0.5, "denominator": 3}
 
 
 def test_shards_of_a_file_with_several_rules_are_merged(eai: Command, tmp_path: Path) -> None:

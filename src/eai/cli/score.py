@@ -265,7 +265,13 @@ def _split_job_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
             print_note(
                 f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}"
             )
-        others = {task for other in parts if other != rules for task in parts[other].answered_task_ids}
+        others = {
+            task
+            for other in parts
+            if other != rules
+            for epoch in (parts[other], *parts[other].further_epochs)
+            for task in epoch.answered_task_ids
+        }
         jobs.append(replace(job, answers=answers, out=out, rules=rules, elsewhere=others))
     return jobs
 
@@ -391,7 +397,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     from eai.results.epochs import average_records_over_epochs
 
     of_epochs = [
-        score_run(suite, answers, map_unanswered_tasks_to_reason(suite, answers), settings)
+        score_run(suite, answers, replace(job, answers=answers).reason_by_unanswered_task, settings)
         for answers in (job.answers, *job.answers.further_epochs)
     ]
     by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, combine_epochs)}
