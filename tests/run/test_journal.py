@@ -18,8 +18,9 @@ ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",)
 def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
     file = tmp_path / "new" / "answers.jsonl"
     strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=AnswerUsage(1, 1))
+    cut = replace(ANSWER, task_id="2_1", text="half a smiley: \ud83d")
     journal = AnswerJournal(file)
-    for answer in (ANSWER, strange):
+    for answer in (ANSWER, strange, cut):
         journal.write_answer(answer)
         again = AnswerJournal(file)  # written when `add` returns
         assert again.find_answer((answer.task_id, 1), "request") == answer
@@ -66,12 +67,13 @@ def test_an_incomplete_last_line_is_overwritten_by_the_next_answer(
     assert AnswerJournal(file).find_answer(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
-def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("line", ['{"task_id": "27_2"}', "{", "[" * 100_000, '"\\xff"'])
+def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path, line: str) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
     journal.write_answer(ANSWER)
     with file.open("a") as opened:
-        opened.write('{"task_id": "27_2"}\n')
+        opened.write(f"{line}\n")
     with pytest.raises(InputError, match=r"answers\.jsonl, line 2: expected an answer of a run"):
         AnswerJournal(file)
 

@@ -16,7 +16,7 @@ from itertools import product
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
@@ -52,8 +52,9 @@ class AnswerJournal:
         self._size = content.rfind(b"\n") + 1
         for number, line in number_lines(content[: self._size]):
             try:
-                self._index_answer(adapter.validate_json(line))
-            except ValidationError as error:
+                # not `validate_json`, which refuses the lone surrogates of an answer that was cut off
+                self._index_answer(adapter.validate_python(json.loads(line)))
+            except (ValueError, RecursionError) as error:
                 raise InputError(
                     f"{path}, line {number}: expected an answer of a run; delete the line to ask again"
                 ) from error
