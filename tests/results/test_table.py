@@ -2,16 +2,16 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 
 from by_path import ROOT
-from eai.base.errors import EaiError
+from eai.base.errors import EaiError, InputError
 from eai.results.certainty import TaskRateContribution
-from eai.results.lines import TABLES, PlanStepTableLine
-from eai.results.table import Estimate, Table
+from eai.results.lines import ALL_MODELS, MODEL, SUITE, TABLES, PlanStepTableLine
+from eai.results.table import Estimate, Table, TextCell
 from eai.results.table_files import format_lines_as_csv, write_parquet, write_tables
 from eai.tasks.share import Share
 from studies.published import GPT_4O
@@ -77,6 +77,48 @@ def test_parquet_keeps_types(tmp_path: Path) -> None:
         "double",
         "int64",
     ]
+
+
+def test_parquet_has_escapes_for_lone_surrogates(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    file = tmp_path / "new" / "steps.parquet"
+    write_parquet(file, PlanStepTableLine, [replace(STEP, reason="cut \ud83d")])
+    assert parquet.read_table(file)["reason"].to_pylist() == ["cut \\ud83d"]
+
+
+def test_a_parquet_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow.parquet")
+    file = tmp_path / "steps.parquet"
+    write_parquet(file, PlanStepTableLine, [STEP])
+    before = file.read_bytes()
+    with file.open("rb") as reader:
+        write_parquet(file, PlanStepTableLine, [STEP, STEP])
+        assert reader.read() == before
+    assert file.read_bytes() != before
+    with pytest.raises(InputError, match="cannot be written"):
+        write_parquet(file / "below.parquet", PlanStepTableLine, [STEP])
+
+
+def test_markdown_shows_every_suite_even_if_another_has_rows_of_all_models(tmp_path: Path) -> None:
+    rows = [
+        ("strict", "lamps", "acting", "a", 1),
+        ("strict", "lamps", "acting", ALL_MODELS, 2),
+        ("strict", "switches", "acting", "a", 3),
+    ]
+    write_tables(tmp_path, "things", [Table("sizes", "Sizes", "", (*SUITE, MODEL, "size"), tuple(rows))])
+    markdown = (tmp_path / "things.md").read_text()
+    assert [line for line in markdown.splitlines() if line in ("| 1 |", "| 2 |", "| 3 |")] == [
+        "| 2 |",
+        "| 3 |",
+    ]
+
+
+def test_a_text_in_a_csv_column_of_estimates_takes_the_place_of_the_number() -> None:
+    rows = ((RATE, "a"), (TextCell("none"), "b"), ("text", "c"), (3, "d"), (None, "e"))
+    table = Table("sizes", "Sizes", "", ("size", "what"), rows)
+    assert {len(row) for row in table.csv_rows()} == {len(table.csv_column_names())}
+    assert [row[0] for row in table.csv_rows()] == [RATE.value, "none", "text", 3, None]
+    assert {tuple(row[1:-1]) for row in [*table.csv_rows()][1:]} == {(None,) * 4}
 
 
 def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -235,10 +235,9 @@ class Table:
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
                     flat += cell.get_value_bounds_and_fraction_by_name().values()
-                elif isinstance(cell, TextCell):
-                    flat.append(cell.text)
                 else:
-                    flat += [cell] * (len(ESTIMATE_PARTS) if is_estimate else 1)
+                    flat.append(cell.text if isinstance(cell, TextCell) else cell)
+                    flat += [None] * (len(ESTIMATE_PARTS) - 1 if is_estimate else 0)
             yield flat
 
     def _list_whether_columns_have_estimates(self) -> list[bool]:

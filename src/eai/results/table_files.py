@@ -11,7 +11,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import get_type_hints
 
-from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
 from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyTableLine
@@ -82,7 +81,7 @@ def format_lines_as_csv(kind: type[TidyTableLine], lines: Iterable[TidyTableLine
 
 
 def write_parquet(path: Path, kind: type[TidyTableLine], lines: Sequence[TidyTableLine]) -> None:
-    """Write the lines of a tidy table as Parquet.
+    """Write the lines of a tidy table as Parquet. Lone surrogates are written as escapes.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -95,12 +94,19 @@ def write_parquet(path: Path, kind: type[TidyTableLine], lines: Sequence[TidyTab
     hints = get_type_hints(kind)
     names = [column.name for column in fields(kind)]
     types = {name: kinds[str(getattr(hints[name], "__args__", (hints[name],))[0].__name__)] for name in names}
-    table = pa.table({name: pa.array([getattr(line, name) for line in lines], types[name]) for name in names})
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        pq.write_table(table, path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from error
+    table = pa.table(
+        {
+            name: pa.array([_escape_surrogates(getattr(line, name)) for line in lines], types[name])
+            for name in names
+        }
+    )
+    content = io.BytesIO()
+    pq.write_table(table, content)
+    write_files_atomically({path: content.getvalue()})
+
+
+def _escape_surrogates(value: Plain) -> Plain:
+    return value.encode(errors="backslashreplace").decode() if isinstance(value, str) else value
 
 
 def _tables_to_json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str, Json]:
@@ -153,19 +159,24 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 def _group_rows_to_show_by_heading(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     """Return the rows to show, grouped by heading: the suite and the model of a row.
 
-    If the table has rows about all models together (`ALL_MODELS`), only these rows are shown.
+    If a suite has rows about all models together (`ALL_MODELS`), only these of its rows are shown.
     """
     rows = table.row_dicts()
-    if any(row.get(MODEL) == ALL_MODELS for row in rows):
-        rows = [row for row in rows if row[MODEL] == ALL_MODELS]
+    suites_with_all_models = {_get_suite_cells(row) for row in rows if row.get(MODEL) == ALL_MODELS}
     shown: dict[str, list[tuple[Cell, ...]]] = {}
     for row in rows:
+        if row.get(MODEL) != ALL_MODELS and _get_suite_cells(row) in suites_with_all_models:
+            continue
         heading = str(SuiteKey(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
         heading += f", {row[MODEL]}" if MODEL in row else ""
         of_suite = shown.setdefault(heading, [])
         if table.max_shown_rows is None or len(of_suite) < table.max_shown_rows:
             of_suite.append(tuple(row.values()))
     return {heading: rows for heading, rows in shown.items() if rows}
+
+
+def _get_suite_cells(row: Mapping[str, Cell]) -> tuple[Cell | None, ...]:
+    return tuple([row.get(name) for name in SUITE])
 
 
 def _escape_csv_value(value: Plain) -> Plain:
