@@ -32,6 +32,44 @@ def test_a_file_that_is_not_parquet_is_refused_in_one_line(tmp_path: Path, conte
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("output", [["x"], {"x": "y"}, [{"x": ["y"]}]])
+def test_a_column_of_lists_or_objects_is_refused(tmp_path: Path, output: object) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    file = tmp_path / "m_outputs.parquet"
+    pyarrow.parquet.write_table(pyarrow.table({"identifier": ["a"], "llm_output": [output]}), file)
+    with pytest.raises(InputError, match=r'the column "llm_output" has lists or objects'):
+        list(read_columns(file, COLUMNS))
+    assert [*read_columns(file, ["identifier"])] == [{"identifier": "a"}]
+
+
+def test_two_columns_of_one_name_are_refused(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    file = tmp_path / "m_outputs.parquet"
+    columns = [pyarrow.array([text]) for text in "abc"]
+    pyarrow.parquet.write_table(pyarrow.Table.from_arrays(columns, ["identifier", *COLUMNS]), file)
+    with pytest.raises(InputError, match='two columns are named "identifier"'):
+        list(read_columns(file, COLUMNS))
+
+
+@pytest.mark.parametrize(
+    "name", ["MemoryError", "ArrowTypeError", "ArrowNotImplementedError", "ArrowKeyError"]
+)
+def test_every_error_of_the_reader_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    file = tmp_path / "m_outputs.parquet"
+    file.touch()
+
+    def fail(_: Path) -> None:
+        raise getattr(pyarrow, name, MemoryError)
+
+    monkeypatch.setattr(parquet, "read_metadata", fail)
+    with pytest.raises(InputError, match=f"expected a Parquet file .{name}"):
+        list(read_columns(file, COLUMNS))
+
+
 def test_a_missing_pyarrow_is_reported_with_its_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

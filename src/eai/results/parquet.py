@@ -50,21 +50,30 @@ def read_columns(
         InputError: the file cannot be read, lacks a column, or unpacks to far more bytes than it has.
     """
     reader = import_parquet()
+    from pyarrow import ArrowException
+
     require_file(path)
     try:
         metadata = reader.read_metadata(path)
-        columns_in_file = metadata.schema.to_arrow_schema().names
+        names = metadata.schema.to_arrow_schema().names
+        flat_columns = [metadata.schema.column(index).path for index in range(metadata.num_columns)]
         for name in required:
-            if name not in columns_in_file:
+            if name not in names:
                 raise InputError(f'{path}: the column "{name}" is missing')
-        columns = [*required, *(name for name in optional if name in columns_in_file)]
+        columns = [*required, *(name for name in optional if name in names)]
+        for name in columns:
+            if names.count(name) > 1:
+                raise InputError(f'{path}: two columns are named "{name}"; keep one')
+            if name not in flat_columns:
+                raise InputError(f'{path}: the column "{name}" has lists or objects; expected single values')
         is_prefixed = _check_sizes_and_detect_prefix_compression(path, metadata, columns)
         with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
             for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
                 texts = [_read_column_values(batch.column(name)) for name in columns]
                 yield from (dict(zip(columns, row, strict=True)) for row in zip(*texts, strict=True))
-    except (OSError, ValueError, OverflowError, MemoryError) as error:
-        raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
+    except (OSError, ValueError, OverflowError, MemoryError, ArrowException) as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise InputError(f"{path}: expected a Parquet file ({reason})") from error
 
 
 def _check_sizes_and_detect_prefix_compression(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
