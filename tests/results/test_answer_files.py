@@ -6,7 +6,12 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.results.answer_files import find_files_of_suite, find_response_file_of_suite
+from eai.results.answer_files import (
+    find_benchmarks_of_runs,
+    find_files_of_suite,
+    find_response_file_of_suite,
+)
+from eai.results.responses import format_attempt_name
 
 PLANS, GOALS = Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION
 
@@ -39,6 +44,31 @@ def test_the_only_file_of_a_folder_is_not_taken_for_every_suite(tmp_path: Path, 
     file(tmp_path / place)
     with pytest.raises(InputError, match=r"expected one file .*virtualhome/action_sequencing/.*, found none"):
         find_response_file_of_suite(tmp_path, "virtualhome", PLANS)
+
+
+def test_a_folder_may_have_runs_with_one_attempt_and_with_several(tmp_path: Path) -> None:
+    file(tmp_path / "lamps" / "goal_interpretation" / "m_outputs.json")
+    first, second = (
+        file(tmp_path / "lamps" / "action_sequencing" / f"{format_attempt_name('m', number)}_outputs.json")
+        for number in (1, 2)
+    )
+    assert find_response_file_of_suite(tmp_path, "lamps", PLANS) == first
+    assert find_response_file_of_suite(tmp_path, "lamps", PLANS, attempt=2) == second
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ('tasks = ["a"]', []),
+        ("[tasks]\ndomain = 5", []),
+        ("[tasks]\ndomain = [5]", []),
+        ('[tasks]\ndomain = "agents.switches:SWITCHES"', ["switches"]),
+        ('[tasks]\ndomain = ["agents.switches:SWITCHES"]', ["switches"]),
+    ],
+)
+def test_a_run_file_of_another_program_is_ignored(tmp_path: Path, text: str, names: list[str]) -> None:
+    (tmp_path / "run.toml").write_text(text)
+    assert [*find_benchmarks_of_runs([tmp_path])] == names
 
 
 def test_a_suite_with_files_of_two_models_is_refused(tmp_path: Path) -> None:

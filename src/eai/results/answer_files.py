@@ -72,16 +72,23 @@ def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
         )
         for file in dict.fromkeys((*path.glob(f"*/{_RUN_FILES}"), *files_beside)):
             try:
-                references = read_toml(file).get("tasks", {}).get("domain", ())
                 opened = [
                     find_benchmark(reference)
-                    for reference in references
+                    for reference in _read_benchmark_references(file)
                     if reference not in list_benchmarks()
                 ]
             except EaiError:
                 continue
             benchmarks |= {benchmark.name: benchmark for benchmark in opened}
     return benchmarks
+
+
+def _read_benchmark_references(file: Path) -> list[str]:
+    """Return the references in a run specification; none from a TOML file of another program."""
+    tasks = read_toml(file).get("tasks")
+    references = tasks.get("domain") if isinstance(tasks, dict) else None
+    listed = references if isinstance(references, list) else [references]
+    return [reference for reference in listed if isinstance(reference, str)]
 
 
 def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) -> list[_ResponseFileOfSuite]:
@@ -222,8 +229,12 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         # this search ignores files with an attempt number; if it finds no other files, it raises
         with suppress(InputError):
             files = find_response_files(path)
-    files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
-    of_suite = [file for file in files if read_domain_and_ability_from_path(file) == (domain, ability.value)]
+    numbered_files = sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
+    of_suite, numbered_of_suite = (
+        [file for file in found if read_domain_and_ability_from_path(file) == (domain, ability.value)]
+        for found in (files, numbered_files)
+    )
+    of_suite = of_suite or numbered_of_suite
     if len(of_suite) != 1:
         name = "<model>" if attempt == 1 else format_attempt_name("<model>", attempt)
         expected = path / domain / ability.value / f"{name}{SUFFIX}"
