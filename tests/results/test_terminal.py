@@ -53,6 +53,14 @@ def test_a_table_without_rows_says_so() -> None:
     assert file.getvalue().splitlines()[:2] == ["Title", "no rows"]
 
 
+@pytest.mark.parametrize("row", [("word",), (1, "word"), (1, 2), (1,), ("word", 1), ("word", "text")])
+def test_every_column_is_printed(row: tuple[str | int, ...]) -> None:
+    file = io.StringIO()
+    names = tuple([f"column{index}" for index in range(len(row))])
+    print_table(Console(file=file, width=80), Table("t", "Title", "", names, (row,)))
+    assert file.getvalue().split() == ["Title", *names, file.getvalue().split()[1 + len(row)], *map(str, row)]
+
+
 def test_a_wide_table_is_in_one_part() -> None:
     assert "\n".join(printed(60, wide=True)).count("#") == 1
 

@@ -50,7 +50,7 @@ def _split_columns(
     console: Console, columns: Sequence[_PrintedColumn], limit: int | None
 ) -> Iterator[Sequence[_PrintedColumn]]:
     """Yield groups of columns that fit beside the names of rows, each with at least one column."""
-    first_name = next(i for i, (column, _) in enumerate(columns) if not column.is_number)
+    first_name = next((i for i, (column, _) in enumerate(columns) if not column.is_number), 0)
     name_end = next((i for i in range(first_name, len(columns)) if columns[i][0].is_number), first_name + 1)
     names, rest = columns[:name_end], columns[name_end:]
     names_width = width_taken = _measure_width(console, _make_grid(names, limit))
@@ -63,7 +63,7 @@ def _split_columns(
         group.append(column)
         width_taken += width
     group += [column for column in rest if not column[0].is_number]
-    if group:
+    if group or not rest:
         yield [*names, *group]
 
 
