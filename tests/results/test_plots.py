@@ -112,6 +112,14 @@ def test_a_number_stands_in_the_row_of_its_name_and_the_column_of_its_model() ->
     assert found[0, 1] == "11"
 
 
+@pytest.mark.parametrize(("rate", "text"), [(0.2, "<1"), (0.5, "<1"), (0.6, "1"), (1.5, "2"), (0.0, "0")])
+def test_a_small_rate_is_never_written_as_zero(rate: float, text: str) -> None:
+    cells = [row("a", "x", Estimate(rate, None, None, 1, 200))]
+    figure = draw_rate_matrix(cells, ("leaf",), "rate", "percent", shows_zero_rates=True)
+    assert figure is not None
+    assert text in [shown.get_text() for shown in figure.texts]
+
+
 def test_a_name_without_cases_has_no_line() -> None:
     known = [row("m", "on", Estimate(80.0, 60, 90, 8, 10)), row("m", "off", Estimate(25.0, 9, 50, 1, 4))]
     nothing = row("m", "between", Estimate(None, None, None, 0, 0))

@@ -420,7 +420,7 @@ def _format_cell_number(cell: Cell | None) -> str:
     if isinstance(cell, int):
         return f"{cell:,}"
     value = get_value_of_cell(cell)
-    text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
+    text = "<1" if 0 < value <= 0.5 else f"{value:.0f}"
     return f"({text})" if get_denominator_of_cell(cell) < FEW_CASES else text
 
 
