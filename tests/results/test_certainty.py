@@ -133,6 +133,17 @@ def test_a_difference_has_a_narrower_interval_if_the_same_tasks_are_right() -> N
     assert near.interval.low + near.interval.high == pytest.approx(2 * 100 * 5 / 80)
 
 
+def test_the_interval_of_a_difference_above_100_percent_contains_it() -> None:
+    low, high = (
+        [TaskRateContribution(str(i), str(i), Share(errors + i % 2, 1)) for i in range(10)]
+        for errors in (0, 3)
+    )
+    for before, after, difference in ((low, high, 300), (high, low, -300)):
+        found = compute_difference_intervals(before, after)
+        assert found is not None
+        assert -400 <= found.interval.low < difference < found.interval.high <= 400
+
+
 def test_runs_that_agree_everywhere_may_still_differ_elsewhere() -> None:
     cases = alone(60, 100)
     found = compute_difference_intervals(cases, cases)

@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
@@ -300,9 +300,7 @@ def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIn
     A single task can add more than 1 to the rate, for instance by several errors. Then the interval is
     computed for the rate divided by the largest contribution of a task, and multiplied by it again.
     """
-    largest = max(
-        [1, *(share.numerator / share.denominator for _, _, share in contributions if share.denominator)]
-    )
+    largest = _find_largest_contribution(contributions)
     if largest == 1:
         return _compute_confidence_intervals_of_rate(contributions)
     scaled = [
@@ -318,6 +316,13 @@ def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIn
         certainty,
         interval=Interval(*(bound * largest for bound in certainty.interval)),
         by_task=Interval(*(bound * largest for bound in certainty.by_task)),
+    )
+
+
+def _find_largest_contribution(contributions: TaskRateContributions) -> float:
+    """Return the largest rate of a single task, at least 1."""
+    return max(
+        [1, *(share.numerator / share.denominator for _, _, share in contributions if share.denominator)]
     )
 
 
@@ -369,9 +374,10 @@ def compute_difference_intervals(
 ) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
-    They are in percentage points, symmetric around the second rate minus the first. The result is None if a
-    denominator is zero.
+    They are in percentage points, symmetric around the second rate minus the first, unless a bound would be
+    an impossible difference. The result is None if a denominator is zero.
     """
+    largest = max(_find_largest_contribution(first), _find_largest_contribution(second))
     inputs = []
     for sum_shares in (sum_shares_by_task, sum_shares_by_task_name):
         one = compute_rate_with_residuals_of_sampling_units(sum_shares(first))
@@ -381,7 +387,7 @@ def compute_difference_intervals(
         difference = compute_rate_difference_with_residuals(one, other)
         inputs.append(_make_confidence_interval_inputs(difference))
     by_task, by_name = inputs
-    return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
+    return _make_confidence_intervals(by_task, by_name, partial(_compute_difference_interval, largest))
 
 
 def compute_interval_of_cost_per_success(contributions: TaskRateContributions) -> Interval | None:
@@ -502,6 +508,6 @@ def _compute_wilson_interval(inputs: _IntervalInputs) -> Interval:
     )
 
 
-def _compute_difference_interval(inputs: _IntervalInputs) -> Interval:
+def _compute_difference_interval(largest: float, inputs: _IntervalInputs) -> Interval:
     half = inputs.quantile * math.sqrt(inputs.variance)
-    return Interval(max(-100.0, 100 * (inputs.value - half)), min(100.0, 100 * (inputs.value + half)))
+    return Interval(100 * max(-largest, inputs.value - half), 100 * min(largest, inputs.value + half))
