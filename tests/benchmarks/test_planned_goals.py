@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from agents.switches import DOMAIN, initial
+from eai import make_task, use_tasks
 from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
@@ -20,6 +24,7 @@ from eai.benchmarks.suite import open_suite
 from eai.logic.choice import build_and_or_tree, generate_dnf_terms_of_tree
 from eai.logic.formula import Formula
 from eai.tasks.source import Source
+from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import GoalKind, Task
 from sweeps import swept
 
@@ -74,3 +79,16 @@ def test_plans_succeed_if_the_stated_goals_entail_the_true_ones(
             solved.add(task_id)
     assert entailed <= solved
     assert (len(ids), len(entailed), len(solved - entailed)) == counts
+
+
+@pytest.mark.parametrize("untold", [False, True])
+def test_stated_goals_of_a_task_with_hazards_are_no_goals_about_hazards(untold: bool) -> None:
+    hazardous = replace(
+        make_task("one", "Light it.", initial(), "lit(lamp)", "always shut(box)", domain=DOMAIN),
+        special=HazardousTaskMark(("box_opened",), untold),
+    )
+    benchmark = Benchmark("switches", DOMAIN, use_tasks(hazardous))
+    answer = open_gold_answers(benchmark, Ability.GOAL_INTERPRETATION)["one"].text
+    stated = replace_goals_by_answers(benchmark, {"one": answer}).tasks(Source())["one"]
+    assert stated.goals == stated.goals_not_about_hazards == hazardous.goals[:1]
+    assert stated.with_only_goals_stated_in_prompts.goals == hazardous.goals[:1]

@@ -276,7 +276,7 @@ def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
-        return replace(task, goals=goals.meaningful)
+        return task.replace_goals(goals.meaningful)
 
     return benchmark.with_changed_tasks(replace_goals_by_goals_stated_in_answer)
 
