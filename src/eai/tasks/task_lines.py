@@ -135,7 +135,7 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
         raise InputError(f"agent: expected the object that acts, because actions of {domain.name} mention it")
     scene = Scene(domain.vocabulary, line.objects, agent)
     relevant = line.objects if line.relevant is None else line.relevant
-    goals = tuple(map(goal, dict.fromkeys(_read_goals(line, domain, scene))))
+    goals = tuple(map(goal, _read_goals(line, domain, scene)))
     return Task(
         id=line.id,
         title=line.title or line.id,
@@ -184,10 +184,15 @@ def _find_object_index(name: str, index_by_name: Mapping[str, int], location: st
     return index_by_name[name]
 
 
-def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
+def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterable[f.Formula]:
+    """Return the goals of a line without duplicates."""
+    numbers: dict[f.Formula, int] = {}
     for number, text in enumerate(line.goals):
         with prefix_errors_with_location(f"goals.{number}"):
-            yield read_goal(text, domain, scene)
+            first = numbers.setdefault(read_goal(text, domain, scene), number)
+            if line.hazards and first < number:
+                raise InputError(f"repeats goals.{first}, so `hazards` would not fit the last goals")
+    return numbers
 
 
 def _read_plan(member: str, plan: _Plan, domain: Domain, scene: Scene) -> Iterator[Action]:
