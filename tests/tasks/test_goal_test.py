@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
-from eai.tasks.goal_test import GoalTest, find_longest_series_of_met_action_goals
+from eai.tasks.goal_test import GoalTest, find_longest_series_of_met_action_goals, find_remaining_goals
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
@@ -102,6 +102,15 @@ def test_the_longest_run_of_goals_in_order_counts(goals: list[tuple[str, ...]], 
     assert is_met(found)
     longer = combinations(range(len(goals)), len(found) + 1)
     assert not any(is_met(chosen) for chosen in longer)
+
+
+@pytest.mark.parametrize(
+    ("actions", "left"),
+    [("", [0, 1, 2, 3]), ("DROP", [0, 1, 2, 3]), ("GO", [1, 2, 3]), ("GO GO", [1, 3]), ("GO GO DROP", [1])],
+)
+def test_repeated_action_goals_remain_until_each_is_met(actions: str, left: list[int]) -> None:
+    given = task(action("GO"), LIT, action("GO"), action("DROP", "LIFT"))
+    assert find_remaining_goals(given, actions.split()) == tuple([given.goals[i] for i in left])
 
 
 @pytest.fixture

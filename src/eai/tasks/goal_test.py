@@ -292,11 +292,12 @@ def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]
     Only action goals can be left out. They are met in order: each by the first of its alternative actions
     that was executed after the previous action goal was met.
     """
-    wanted = list(task.get_goals_of_kind(GoalKind.ACTION))
+    action_goals = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION]
+    met = 0
     for name in actions:
-        if wanted and name in list_actions_that_meet_goal(wanted[0]):
-            del wanted[0]
-    return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
+        if met < len(action_goals) and name in list_actions_that_meet_goal(task.goals[action_goals[met]]):
+            met += 1
+    return tuple([goal for i, goal in enumerate(task.goals) if i not in action_goals[:met]])
 
 
 def find_longest_series_of_met_action_goals(
