@@ -14,6 +14,7 @@ import pytest
 
 import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generator, outcomes, tasks
+from eai import make_task, use_tasks
 from eai.base.errors import DataError
 from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
@@ -303,6 +304,27 @@ def test_generation_uses_only_declarations_of_the_benchmark(lamps: Benchmark) ->
         if isinstance(each, GeneratedTask)
     ]
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
+
+
+@pytest.mark.parametrize(
+    ("goal", "plan"), [("forall l: lamp. (lit(l))", (("GO", 1), ("PRESS", 1))), ("PRESS()", ())]
+)
+def test_a_scene_that_fits_no_usual_shape_of_goals_gives_no_task(
+    goal: str, plan: tuple[tuple[str, int], ...], lamps: Benchmark
+) -> None:
+    """Quantifiers need several lamps, and the specification asks for no goals about actions."""
+    from eai.benchmarks.generator.generator import TaskGenerator
+    from eai.benchmarks.generator.spec import TaskSpecification
+
+    scene = Scene(lamps.domain.vocabulary, {"robot": "robot", "lamp": "lamp"}, agent="robot")
+    only = replace(
+        make_task("only", "Play.", scene.state([]), goal, domain=lamps.domain),
+        script=tuple([Action(name, (thing,)) for name, thing in plan]),
+    )
+    made = TaskGenerator(
+        replace(lamps, open_tasks=use_tasks(only)), TaskSpecification("lamps:lamps", ""), Source()
+    )
+    assert made.generate_task("0") is SeedRejectionReason.NO_GOALS
 
 
 def test_planners_are_replaced_after_a_fixed_number_of_tasks(

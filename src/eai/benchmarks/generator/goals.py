@@ -78,7 +78,7 @@ class GoalSampler:
             else {*_QUANTIFIED_SHAPES}
         )
         usual_shapes = dict.fromkeys(_SHAPES, 1) if goal_forms == "all" else usual_goals.shape_counts
-        shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
+        shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting and n}
         paired = frozenset[LiteralPattern]() if goal_forms == "all" else usual_goals.pair_patterns
         return GoalSampler(usual_goals, scene, shapes, patterns, paired)
 
@@ -125,7 +125,9 @@ class GoalSampler:
         ]
 
     def draw_goal(self, rng: random.Random) -> f.Formula | None:
-        """Return a random goal. Its shape is drawn first; return None if no objects fit this shape."""
+        """Return a random goal, whose shape is drawn first, or None if no goal fits."""
+        if not self.forms:
+            return None
         shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _draw_weighted(self.usual_goals.action_counts, rng)
