@@ -17,6 +17,8 @@ from eai.agents.environment import make
 from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.generator import TaskGenerator
+from eai.benchmarks.generator.spec import GeneratedTask, TaskSpecification
 from eai.benchmarks.gold_answers import open_answers_of_planner, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
@@ -305,6 +307,21 @@ def test_the_planner_and_the_environment_take_them(data_store: DataPackStore) ->
     assert all(suite.score(task_id, book[task_id].text).success for task_id in suite.task_ids)  # type: ignore[union-attr]
     environment = make(benchmark, suite.task_ids[0], source=Source(data_store))
     assert "Goals" in environment.reset()[0]
+
+
+def test_tasks_are_generated_from_them(data_store: DataPackStore) -> None:
+    benchmark, source = closed("behavior", data_store), Source(data_store)
+    spec = TaskSpecification("behavior", benchmark.tasks(source).sha256)
+    made = TaskGenerator(benchmark, spec, source)
+    assert any(isinstance(made.generate_task(seed), GeneratedTask) for seed in "0123")
+
+
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_they_use_no_counts_and_problems_of_the_tasks_of_their_base(
+    name: str, data_store: DataPackStore
+) -> None:
+    data = closed(name, data_store).data
+    assert (data.own_figures, data.problem_of) == (None, None)
 
 
 def test_a_run_takes_them_to_a_table() -> None:

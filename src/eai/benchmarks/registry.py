@@ -229,30 +229,22 @@ def make_benchmark_with_other_tasks(base: Benchmark, name: str, open_tasks: Open
         name: name that is added to the base benchmark's name.
         open_tasks: returns the tasks.
     """
-    from eai.benchmarks.errata import NO_ERRATA
+    from eai.benchmarks.benchmark import DataSet
 
-    return replace(
-        base,
-        name=f"{base.name}-{name}",
-        open_tasks=open_tasks,
-        data=replace(
-            base.data,
-            title=f"{base.title}, {name}",
-            errata=NO_ERRATA,
-            prompts=None,
-            task_id_of=str,
-            own_tasks={},
-            asks={
-                Ability.GOAL_INTERPRETATION: lambda task: task.has_goals_in_prompts,
-                Ability.SUBGOAL_DECOMPOSITION: lambda task: (
-                    task.has_goals_in_prompts and not task.has_no_plan
-                ),
-            },
-            only_by_name={},
-            open_public=base.open_tasks,
-        ),
-        reference="",
+    published = base.data
+    data = DataSet(
+        f"{base.title}, {name}",
+        asks={
+            Ability.GOAL_INTERPRETATION: lambda task: task.has_goals_in_prompts,
+            Ability.SUBGOAL_DECOMPOSITION: lambda task: task.has_goals_in_prompts and not task.has_no_plan,
+        },
+        open_public=base.open_tasks,
+        open_demonstrations=published.open_demonstrations,
+        open_bddl=published.open_bddl,
+        planner_seconds=published.planner_seconds,
+        labels=published.labels,
     )
+    return replace(base, name=f"{base.name}-{name}", open_tasks=open_tasks, data=data, reference="")
 
 
 def load_object(reference: str) -> Any:
