@@ -22,7 +22,7 @@ from eai.pddl.val import VALID, find_val_program, run_val
 from eai.planning.planner import Planner
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.planning import find_plan
-from eai.tasks.problem_world import open_pddl
+from eai.tasks.problem_world import open_pddl, open_pddl_folder
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action, Fault
 from eai.world.conformance import check_domain
@@ -206,6 +206,15 @@ def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     assert single == "tower"
     (tmp_path / "two.pddl").write_text(text.replace("(on a b)", "(on a c)"))
     assert open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path)[1].sha256 != found.sha256
+
+
+def test_problems_and_files_of_one_name_are_refused(tmp_path: Path) -> None:
+    shutil.copy(FOLDER / "blocksworld" / "domain.pddl", tmp_path)
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        shutil.copy(FOLDER / "blocksworld" / "tower.pddl", tmp_path / name)
+    with pytest.raises(InputError, match=r"b.tower\.pddl: the name 'tower' is taken by .*tower\.pddl"):
+        open_pddl_folder(tmp_path)
 
 
 HEAD = "(define (domain d)\n (:requirements :strips)\n "

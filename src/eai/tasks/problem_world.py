@@ -85,14 +85,32 @@ def _open_domain_and_problems(
     files = read_items_or_raise_all(
         find_problem_files(), lambda path: read_problem_file(path, domain, declared)
     )
-    names = Counter(file.problem.name for file in files)
-    tasks: dict[str, Task] = {}
-    for file in files:
-        name = file.problem.name if names[file.problem.name] == 1 else file.path.stem
-        tasks[name] = _make_problem_task(name, file, declaration)
-    texts = [text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
+    named = assign_task_names(files)
+    tasks = {name: _make_problem_task(name, file, declaration) for name, file in named.items()}
+    texts = [text, *(f"{name}\0{file.text}" for name, file in named.items())]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     return declaration.domain, TaskSet(tasks, tasks.__getitem__, digest)
+
+
+def assign_task_names(files: Sequence[ProblemFile]) -> Mapping[str, ProblemFile]:
+    """Return a mapping from the name of each problem's task to the problem's file.
+
+    A task is named after its problem. If problems have equal names, their tasks are named after their files.
+
+    Raises:
+        InputError: two tasks would have the same name.
+    """
+    times = Counter(file.problem.name for file in files)
+    named: dict[str, ProblemFile] = {}
+    for file in files:
+        name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
+        if name in named:
+            raise InputError(
+                f"{file.path}: the name {name!r} is taken by {named[name].path}; rename the file or its "
+                "problem"
+            )
+        named[name] = file
+    return named
 
 
 def _find_problem_files(domain_file: Path, file_or_folder: Path) -> Sequence[Path]:

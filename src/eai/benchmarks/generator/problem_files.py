@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import re
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -29,6 +28,7 @@ from eai.pddl.reader import read_group
 from eai.tasks.goal_text import check_goal_names, make_task
 from eai.tasks.problem_world import (
     DomainAndProblemReader,
+    assign_task_names,
     make_bddl_domain_and_reader,
     make_pddl_domain_and_reader,
 )
@@ -79,18 +79,10 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     endings = dict.fromkeys(path.suffix for path in paths)
     worlds = {ending: _open_problem_reader(ending, benchmark, source) for ending in endings}
     files = read_items_or_raise_all(paths, lambda path: _read_problem_file(path, worlds[path.suffix][0]))
-    times = Counter(file.problem.name for file in files)
-    tasks: dict[str, Path] = {}
-    made = []
-    for file in files:
-        name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
-        if name in tasks:
-            raise InputError(
-                f"{file.path}: the name {name!r} is taken by {tasks[name]}; rename the file or its problem"
-            )
-        tasks[name] = file.path
-        made.append(_make_task(name, file, worlds[file.path.suffix], benchmark))
-    return made
+    return [
+        _make_task(name, file, worlds[file.path.suffix], benchmark)
+        for name, file in assign_task_names(files).items()
+    ]
 
 
 def _open_problem_reader(suffix: str, benchmark: Benchmark, source: Source) -> DomainAndProblemReader:
