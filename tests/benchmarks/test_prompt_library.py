@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -34,6 +34,23 @@ def test_a_users_files_replace_single_prompts(data_store: DataPackStore, tmp_pat
     assert [i for i in opened if opened[i].user != official[i].user] == [TASK]
     assert opened[TASK].sha256 != official[TASK].sha256
     assert make_library(data_store, tmp_path).open(find_benchmark("behavior"), Ability.ACTION_SEQUENCING)
+
+
+def test_questions_that_a_user_replaces_are_not_corrected_by_errata(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
+    benchmark, official = find_benchmark("virtualhome"), make_library(data_store, None)
+    errata = benchmark.get_errata(official.source)
+    ability = next(each for each in PAPER_ABILITIES if len(errata.find_corrected_tasks(each)) > 1)
+    corrected = sorted(errata.find_corrected_tasks(ability))
+    other = next(i for i in official.open(benchmark, ability) if i not in corrected)
+    rows = [{"identifier": i, "llm_prompt": "mine"} for i in (corrected[0], other)]
+    (tmp_path / f"virtualhome_{ability.value}.json").write_text(json.dumps(rows))
+    counts = [
+        library.count_questions_corrected_by_errata(benchmark, ability, [*corrected, other])
+        for library in (official, make_library(data_store, tmp_path))
+    ]
+    assert counts == [len(corrected), len(corrected) - 1]
 
 
 def test_a_users_templates_replace_single_templates(data_store: DataPackStore, tmp_path: Path) -> None:

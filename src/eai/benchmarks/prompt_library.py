@@ -130,9 +130,10 @@ class PromptLibrary:
         self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]
     ) -> int:
         """Return the number of tasks whose official question is corrected by errata."""
-        if self.prompts != "official" or self._has_user_file(benchmark, ability):
+        if self.prompts != "official":
             return 0
-        return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
+        corrected = benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids)
+        return len(corrected - self._read_user_prompts(benchmark, ability).keys())
 
     def make_question_writer(
         self,
@@ -240,6 +241,13 @@ class PromptLibrary:
     def _has_user_file(self, benchmark: Benchmark, ability: Ability) -> bool:
         return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
 
+    def _read_user_prompts(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, str]:
+        """Return task id -> the user's prompt that replaces the prompt of the set."""
+        if self.folder is None or not self._has_user_file(benchmark, ability):
+            return {}
+        prompts = read_prompt_file(self.folder / f"{suite_name(benchmark.name, ability)}.json")
+        return {benchmark.data.task_id_of(i) or i: text for i, text in prompts.items()}
+
     def _replace_by_user_prompts(
         self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
     ) -> Mapping[str, Prompt]:
@@ -247,10 +255,7 @@ class PromptLibrary:
             return prompts
         name = suite_name(benchmark.name, ability)
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
-        if file.exists():
-            user_prompts = {
-                benchmark.data.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()
-            }
+        if user_prompts := self._read_user_prompts(benchmark, ability):
             for task_id in user_prompts:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks of {name}")
