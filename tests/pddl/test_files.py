@@ -14,6 +14,7 @@ from eai.pddl.files import is_domain_file, read_domain_text, read_problem_file, 
 from eai.pddl.writer import write_effect
 from eai.tasks.source import Source
 from eai.tasks.task_files import find_task_files
+from eai.tasks.task_lines import write_task_line
 
 TWO = """\
 (define (domain two)
@@ -292,6 +293,27 @@ def test_a_change_below_a_folder_is_noticed() -> None:
     assert tasks_of("pddl:world") == ["q"]
     write(**{"world/problems/p2": PROBLEM.replace("problem q", "problem r")})
     assert tasks_of("pddl:world") == ["q", "r"]
+
+
+def test_a_change_of_a_file_after_a_blank_is_noticed() -> None:
+    write(d=TWO, p=PROBLEM)
+    assert tasks_of("pddl:d.pddl, p.pddl") == ["q"]
+    write(p=PROBLEM.replace("problem q", "problem longer"))
+    assert tasks_of("pddl:d.pddl, p.pddl") == ["longer"]
+
+
+@pytest.mark.parametrize("reference", ["t.jsonl", "obfuscated:t.jsonl", "t/"])
+def test_a_change_of_the_base_of_a_task_file_is_noticed(reference: str) -> None:
+    Path("t").mkdir()
+    write(d=TWO, p=PROBLEM)
+    base = find_benchmark("pddl:d.pddl,p.pddl")
+    for file in ("t.jsonl", "t/t.jsonl"):
+        line = write_task_line(base.tasks(Source())["q"], "pddl:d.pddl,p.pddl", base.domain)
+        Path(file).write_text(f"{line}\n")
+    before = find_benchmark(reference)
+    assert find_benchmark(reference) is before
+    write(d=TWO.replace("(define (domain two)", "(define (domain two) ; changed"))
+    assert find_benchmark(reference) is not before
 
 
 def test_a_folder_without_one_domain_or_without_problems_is_refused() -> None:

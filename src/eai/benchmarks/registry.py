@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from traceback import TracebackException, extract_tb
@@ -47,6 +47,9 @@ REFERENCES = (
 
 _SUFFIXES = (".pddl", ".jsonl", ".gz")
 """Suffixes of files in the folder of a benchmark. If such a file changes, the benchmark is loaded again."""
+
+_MAX_CACHED_VERSIONS = 32
+"""Maximum number of loaded benchmarks in memory. Each version of a changed file gives another benchmark."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """Name of each benchmark of the paper -> name with capital letters, as in identifiers."""
@@ -88,7 +91,8 @@ def find_benchmark(reference: str) -> Benchmark:
     ``obfuscated:`` before a reference means the benchmark with other words. ``rules:`` means the prompts of
     the obfuscated benchmark with the original words.
 
-    A benchmark is loaded once, and again after its PDDL files or task files have changed.
+    A benchmark is loaded once, and again after its PDDL files, its task files or files of its base have
+    changed.
 
     Raises:
         InputError: there is no such benchmark, or it cannot be loaded.
@@ -97,18 +101,33 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_paths_times_and_sizes(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, time of change and size of each file that a reference to a benchmark names.
+    """Yield path, time of change and size of each file that a reference to a benchmark, or its base, names.
 
     If a later call yields other values, a file has changed, and the benchmark must be loaded again.
     """
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
-    for path in map(Path, named):
+    for path in [Path(name.strip() if is_pddl else name) for name in named]:
         inside = (find_files_below(path, "*.pddl") if is_pddl else path.iterdir()) if path.is_dir() else ()
-        for file in (path, *sorted(file for file in inside if file.suffix in _SUFFIXES)):
-            if file.is_file():
-                status = file.stat()
-                yield str(file.resolve()), status.st_mtime_ns, status.st_size
+        files = [path, *sorted(file for file in inside if file.suffix in _SUFFIXES)]
+        statuses = [(str(file.resolve()), file.stat()) for file in files if file.is_file()]
+        times_and_sizes = tuple([(name, status.st_mtime_ns, status.st_size) for name, status in statuses])
+        yield from times_and_sizes
+        if not is_pddl and times_and_sizes and (base := _read_base_of_task_files(path, times_and_sizes)):
+            yield from _list_paths_times_and_sizes(base)
+
+
+@lru_cache(_MAX_CACHED_VERSIONS)
+def _read_base_of_task_files(path: Path, file_times_and_sizes: tuple[tuple[str, int, int], ...]) -> str:
+    """Return the reference to the base of task files, or "" if their first line cannot be read as a task."""
+    from eai.tasks.task_files import read_task_file_lines
+    from eai.tasks.task_lines import read_task_line
+
+    try:
+        first = next(read_task_file_lines(path), None)
+        return "" if first is None else read_task_line(first.content).base
+    except InputError:
+        return ""  # loading the benchmark reports the error, unless the path has files of another kind
 
 
 def get_title(name: str) -> str:
@@ -118,7 +137,7 @@ def get_title(name: str) -> str:
     return find_benchmark(name).title
 
 
-@cache
+@lru_cache(_MAX_CACHED_VERSIONS)
 def _load_benchmark_cached_by_file_times(
     reference: str, file_times_and_sizes: tuple[tuple[str, int, int], ...]
 ) -> Benchmark:
