@@ -21,10 +21,11 @@ from eai.extensions.questions.setting import (
     format_numbered_list,
     make_question_setting,
 )
+from eai.logic.formula import Always, Atom, Constant, Not
 from eai.planning.planner import Planner
 from eai.tasks.rules import DomainRulesInPrompts
 from eai.tasks.source import Source
-from eai.tasks.task import Task
+from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.state import Fact
 
@@ -98,6 +99,13 @@ def test_a_path_works_if_it_reaches_goals_that_did_not_hold(
     assert not opened(
         replace(light, initial=lit, script=steps(light, "GO lamp_1"))
     ).has_path_from_unmet_to_met_goals
+
+
+def test_goals_over_time_are_left_out(light: Task, opened: Callable[[Task], QuestionSetting]) -> None:
+    never = goal(Always(Not(Atom("is_open", (Constant("box"),)))))
+    setting = opened(replace(light, goals=(*light.goals, never)))
+    assert setting.goals == opened(light).goals
+    assert setting.has_path_from_unmet_to_met_goals
 
 
 def test_the_scene_has_only_shown_and_used_objects(

@@ -213,12 +213,12 @@ def make_question_setting(
 
 
 def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
-    """Reduce a task to objects that its prompt shows or its plan uses. Leave out goals about actions."""
+    """Reduce a task to objects that its prompt shows or its plan uses, and to goals about its final state."""
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*list_objects_in_prompt(task), *named})
     number = {index: i for i, index in enumerate(kept)}
     initial = restrict_state(task.initial, kept)
-    conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
+    conditions = [goal for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     goals = [
         goal for goal in conditions if set(find_object_names(goal.formula)) <= initial.scene.index.keys()
     ]
