@@ -59,6 +59,14 @@ def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
     }
 
 
+def test_a_repeated_kind_or_form_adds_no_questions(lamps: Benchmark) -> None:
+    kind, form = QuestionKind.STATE, QuestionForm.OPEN
+    writer = QuestionGenerator(lamps)
+    assert list(writer.write_questions((kind, kind), (form, form), 4)) == list(
+        writer.write_questions((kind,), (form,), 4)
+    )
+
+
 def test_there_are_fewer_questions_if_the_tasks_yield_no_more(lamps: Benchmark) -> None:
     questions = list(
         QuestionGenerator(lamps).write_questions((QuestionKind.WHY_NOT,), (QuestionForm.OPEN,), 100_000)

@@ -208,8 +208,8 @@ class QuestionGenerator:
         pool = WorkerPool() if pool is None else pool
         groups = [
             _QuestionGroupProgress(kind, form)
-            for form in forms
-            for kind in kinds
+            for form in dict.fromkeys(forms)
+            for kind in dict.fromkeys(kinds)
             if rules or (kind, form) not in _NEED_RULES
         ]
         write = partial(_write_question_batches, self, seed, rules)
