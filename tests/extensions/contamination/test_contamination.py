@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
-from eai.extensions.contamination.study import make_contamination_table
+from eai.extensions.contamination.study import _pair_public_with_fresh_runs, make_contamination_table
 from eai.results.record import Record
+from eai.results.runs import Run, RunKey
 from eai.results.table import Estimate
 from eai.tasks.share import Share, TalliesByGoalKind
 from record_files import write_records
@@ -60,6 +62,26 @@ def test_runs_are_paired_by_the_world(tmp_path: Path) -> None:
     written = json.loads((out / "contamination.json").read_text())
     assert "does not prove that the model knows no answers" in str(written)
     assert "-55 [" in (out / "contamination.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("public", "fresh", "is_pair"),
+    [
+        ("behavior", "behavior-fresh", True),
+        ("behavior", "behavior-1k", False),  # another public benchmark
+        ("behavior", "behavior-1k-fresh", False),
+        ("behavior-1k", "behavior-1k-fresh", True),
+        ("world", "world-obfuscated", False),  # the same tasks in other words
+        ("world", "world-fresh-rules", False),
+        ("world-rules", "world-fresh-rules", True),
+        ("world-obfuscated", "world-fresh-obfuscated", True),
+    ],
+)
+def test_fresh_tasks_are_of_the_same_world_with_equal_prompts(public: str, fresh: str, is_pair: bool) -> None:
+    ability = Ability.ACTION_SEQUENCING
+    runs = [Run(RunKey(Protocol.STRICT, name, ability, "m"), ()) for name in (public, fresh)]
+    pairs = [suite for _, suite, *_ in _pair_public_with_fresh_runs(runs)]
+    assert pairs == [f"{fresh} action_sequencing"] * is_pair
 
 
 def test_without_a_pair_there_is_nothing_to_say(tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ from typing import TypeAlias
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import PlanVerdict, make_rate_contribution_of_answer
 from eai.base.errors import InputError
+from eai.benchmarks.names import remove_prompt_variant_endings
+from eai.benchmarks.registry import list_benchmarks
 from eai.results.certainty import TaskRateContribution
 from eai.results.rate import compute_rate
 from eai.results.record import Record
@@ -157,9 +159,17 @@ def _pair_public_with_fresh_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
             alike = (
                 one._replace(domain=other.domain) == other and get_declaration(one.ability).answers_are_plans
             )
-            if alike and other.domain.startswith(f"{one.domain}-"):
+            if alike and _has_name_of_tasks_generated_from(one.domain, other.domain):
                 suite = f"{other.domain} {one.ability.value}"
                 yield one.name, suite, public.records, fresh.records
+
+
+def _has_name_of_tasks_generated_from(public: str, fresh: str) -> bool:
+    """Whether a benchmark has tasks generated from a public benchmark, and prompts of the same kind."""
+    world, plain = remove_prompt_variant_endings(public), remove_prompt_variant_endings(fresh)
+    worlds = [name for name in (*list_benchmarks(), world) if f"{plain}-".startswith(f"{name}-")]
+    has_equal_prompts = public.removeprefix(world) == fresh.removeprefix(plain)
+    return has_equal_prompts and plain != world and max(worlds, key=len, default="") == world
 
 
 CONTAMINATION = Study(
