@@ -98,6 +98,11 @@ def parse_toml(text: str) -> dict[str, Any]:
     return tomllib.loads(text)
 
 
+def format_toml_text(text: str) -> str:
+    """Return a text as a TOML string, in quotation marks."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def find_files_below(folder: Path, *patterns: str) -> list[Path]:
     """Return the files below a folder whose names match a pattern, sorted by path.
 

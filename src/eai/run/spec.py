@@ -7,7 +7,6 @@ run writes one into the folder of its results. A study that the run uses is a se
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection, Mapping
 from itertools import count
@@ -21,7 +20,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import write_files_atomically
+from eai.base.files import format_toml_text, write_files_atomically
 from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
@@ -56,17 +55,13 @@ def save_spec(spec: RunSpec, folder: Path) -> Path:
 
 
 def _format_toml_key(name: str) -> str:
-    return name if _BARE_KEY.fullmatch(name) else _format_toml_text(name)
-
-
-def _format_toml_text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return name if _BARE_KEY.fullmatch(name) else format_toml_text(name)
 
 
 def _format_toml_value(value: JsonValue) -> str:
     """Return a value as TOML text; members without a value are left out, because TOML has no null."""
     if isinstance(value, str):
-        return _format_toml_text(value)
+        return format_toml_text(value)
     if isinstance(value, Mapping):
         inner = [
             f"{_format_toml_key(name)} = {_format_toml_value(item)}"

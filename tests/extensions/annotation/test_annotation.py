@@ -217,10 +217,13 @@ def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str)
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
     assert read_ignored_predicates_and_user_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": UserGoalDecisionsForTaskTitle()}
+    made = (
+        ("near",),
+        {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up \U0001f9f9": UserGoalDecisionsForTaskTitle()},
+    )
     write_user_goal_decisions_by_task_title(path, *made)
     assert read_ignored_predicates_and_user_decisions(path) == made
-    assert path.read_text() == format_user_decisions_as_toml(*made)
+    assert path.read_text(encoding="utf-8") == format_user_decisions_as_toml(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 

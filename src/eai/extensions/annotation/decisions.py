@@ -24,7 +24,6 @@ Patterns name an object by its class or by all its properties: ``ON(washing_mach
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,7 +33,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
-from eai.base.files import write_files_atomically
+from eai.base.files import format_toml_text, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import format_ltl
@@ -446,7 +445,7 @@ def format_user_decisions_as_toml(
     for name, chosen in decisions_by_title.items():
         lines += [
             "",
-            f"[title.{json.dumps(name)}]",
+            f"[title.{format_toml_text(name)}]",
             f"dropped = {_format_as_toml_string_list(chosen.dropped)}",
             "candidates = [",
         ]
@@ -457,8 +456,8 @@ def format_user_decisions_as_toml(
 
 
 def _format_as_toml_string_list(values: Sequence[GoalPattern] | Sequence[str]) -> str:
-    """Return texts as a TOML list on one line. The texts are written as JSON strings, which TOML allows."""
-    return json.dumps([str(value) for value in values])
+    """Return texts as a TOML list on one line."""
+    return f"[{', '.join([format_toml_text(str(value)) for value in values])}]"
 
 
 HELP = """\
