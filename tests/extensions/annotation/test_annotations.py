@@ -45,6 +45,12 @@ def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
         (HEADER + "t,a,x,6\n", "line 2, column score: expected 1 to 5, found '6'"),
         (HEADER + "t,a,x,4.5\n", "line 2, column score"),
         (HEADER + "t,a,x,4\nt,,x,4\n", "line 3, column rater: expected a value"),
+        ("task,note,rater,attribute,score\nt,'two\nlines',a,x,6\n".replace("'", '"'), "line 3, column score"),
+        (
+            "task,rater,attribute,score,note\nt,a,x,4,'open\nu,a,x,5,\n".replace("'", '"'),
+            "line 3: unexpected end",
+        ),
+        (HEADER + f"{'t' * 200_000},a,x,4\n", "line 2: field larger than field limit"),
         (HEADER + "t,a,x\n", "line 2: expected 4 columns, found 3"),
         (
             HEADER + "t,a,x,4\n\nt,a,x,5\n",

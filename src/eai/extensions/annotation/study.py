@@ -97,7 +97,11 @@ def read_ratings(path: Path) -> tuple[_HumanRatingOfAnnotation, ...]:
         InputError: the file cannot be read or is malformed. The message names the line and the column.
     """
     text = decode_text(path, read_content(path))
-    return tuple(_parse_ratings(path, csv.reader(io.StringIO(text, newline=""))))
+    rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        return tuple(_parse_ratings(path, ((rows.line_num, row) for row in rows)))
+    except csv.Error as error:
+        raise InputError(f"{path}: line {rows.line_num}: {error}") from error
 
 
 @collect_rows_in_table(
@@ -135,8 +139,7 @@ def count_ratings_by_score(ratings: Sequence[_HumanRatingOfAnnotation]) -> Itera
         yield from [(attribute, score, counts[attribute, score]) for score in SCORES]
 
 
-def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_HumanRatingOfAnnotation]:
-    lines = enumerate(rows, 1)
+def _parse_ratings(path: Path, lines: Iterator[tuple[int, list[str]]]) -> Iterator[_HumanRatingOfAnnotation]:
     _, header = next(lines, (1, []))
     names = [name.strip().lower() for name in header]
     for column in COLUMNS:
