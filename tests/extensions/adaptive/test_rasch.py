@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 np = pytest.importorskip("numpy")
@@ -64,6 +68,35 @@ def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
     assert np.isnan(found[0])
     assert found[3] > 0 > found[5]
     assert found[1] == pytest.approx(np.corrcoef(SCORES[:, 1], SCORES.sum(axis=1) - SCORES[:, 1])[0, 1])
+
+
+def test_equal_scores_have_no_correlation_despite_rounding_errors() -> None:
+    equal_task = np.array([[0.1, 0, 1], [0.1, 1, 1], [0.1, 1, 0]])
+    assert np.isnan(compute_item_rest_correlations(equal_task)[0])
+    equal_totals = np.array([[0.1, 0.2, 0], [0.3, 0, 1], [0.15, 0.15, 0]])
+    assert np.isnan(compute_item_rest_correlations(equal_totals)[2])
+    assert estimate_reliability(equal_totals[:, :2]) is None
+
+
+def test_variance_does_not_depend_on_the_order_of_names_in_a_set() -> None:
+    program = (
+        "import numpy as np\n"
+        "from eai.extensions.adaptive.rasch import *\n"
+        "ability = np.random.default_rng(1).normal(0, 2, (9, 60))\n"
+        "scores = np.tile(ability > 0, 5).astype(float)\n"
+        "names = [f'n{number % 60}' for number in range(300)]\n"
+        "print(estimate_ability_variance_between_task_groups(scores, fit_rasch(scores), names))\n"
+    )
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for seed in "1234"
+    }
+    assert len(printed) == 1
 
 
 def test_alpha_is_cronbachs() -> None:

@@ -25,6 +25,9 @@ DIFFICULTY_SPREAD = 2.0
 _MAX_STEPS = 200
 _CONVERGENCE_LOGITS = 1e-10
 
+_DIGITS = 9
+"""Number of decimals of sums of scores. Without rounding, equal sums may differ in their last bits."""
+
 
 @dataclass(frozen=True, slots=True)
 class RaschModel:
@@ -100,8 +103,8 @@ def compute_item_rest_correlations(scores: Matrix) -> Matrix:
 
     rest = scores.sum(axis=1, keepdims=True) - scores
     with np.errstate(divide="ignore", invalid="ignore"):
-        centred = scores - scores.mean(axis=0)
-        others = rest - rest.mean(axis=0)
+        centred = (scores - scores.mean(axis=0)).round(_DIGITS)
+        others = (rest - rest.mean(axis=0)).round(_DIGITS)
         correlations: Matrix = (centred * others).sum(axis=0) / np.sqrt(
             (centred**2).sum(axis=0) * (others**2).sum(axis=0)
         )
@@ -113,12 +116,11 @@ def estimate_reliability(scores: Matrix) -> float | None:
 
     Return None if there is one task, or if all models have the same total score.
     """
-    number = scores.shape[1]
-    whole = float(scores.sum(axis=1).var(ddof=1))
-    if number < 2 or not whole:
+    number, totals = scores.shape[1], scores.sum(axis=1).round(_DIGITS)
+    if number < 2 or totals.min() == totals.max():
         return None
     parts = float(scores.var(axis=0, ddof=1).sum())
-    return float(number / (number - 1) * (1 - parts / whole))
+    return float(number / (number - 1) * (1 - parts / totals.var(ddof=1)))
 
 
 def estimate_ability_variance_between_task_groups(
@@ -146,7 +148,7 @@ def estimate_ability_variance_between_task_groups(
     deviations = np.where(known, scores - chances, 0.0)
     information = np.where(known, _compute_fisher_information(chances), 0.0)
     shared = possible = 0.0
-    for name in set(task_names):
+    for name in dict.fromkeys(task_names):
         of_name = [place for place, each in enumerate(task_names) if each == name]
         d, i = deviations[:, of_name], information[:, of_name]
         shared += float((d.sum(axis=1) ** 2 - (d**2).sum(axis=1)).sum())
