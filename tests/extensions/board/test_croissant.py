@@ -50,6 +50,10 @@ def test_the_metadata_is_valid(read: Any) -> None:
     assert not read.metadata.issues.warnings
 
 
+def test_a_benchmark_without_operator_tasks_has_no_rows_of_operators(data_store: DataPackStore) -> None:
+    assert list(make_operator_rows(find_benchmark("obfuscated:behavior"), Source(data_store))) == []
+
+
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 @pytest.mark.parametrize("kind", TABLES)
 def test_every_field_of_every_row_reads_back(

@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import datetime, timezone
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -112,9 +113,9 @@ def make_task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 
 def make_operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
-    """Yield a row for each gold operator of a benchmark, sorted by name."""
-    task = next(iter(benchmark.operator_tasks(source).values()))
-    yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
+    """Yield a row for each gold operator of a benchmark, sorted by name. No operator tasks give no rows."""
+    for task in islice(benchmark.operator_tasks(source).values(), 1):  # all tasks have the same operators
+        yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
 
 
 def make_row_id(task_id: str) -> str:
