@@ -64,6 +64,23 @@ def test_complete_submissions_pass(
     assert check_submission(write(tmp_path / "s.zip", dict(files), folder), data_store) == []
 
 
+def test_errors_of_files_have_the_order_of_the_zip(
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
+) -> None:
+    extra = ["b.txt", "a.txt", "d.txt", "c.txt"]
+    path = write(tmp_path / "s.zip", {**complete, **dict.fromkeys(extra)})
+    assert [error.problem.split()[0] for error in check_submission(path, data_store)] == extra
+
+
+def test_a_file_with_the_name_of_another_is_found(
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
+) -> None:
+    path = write(tmp_path / "s.zip", dict(complete))
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr(FILE, "[]")
+    assert check_submission(path, data_store) == [DataMistake(FILE, "is there 2 times")]
+
+
 @pytest.mark.parametrize(
     ("change", "problems"),
     [

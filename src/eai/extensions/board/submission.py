@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
+from eai.base.grouping import group_pairs
 from eai.base.store import DataPackStore
 from eai.benchmarks.reference_wheel import SCENE_PREFIX, get_task_id_of_published_id
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
@@ -122,14 +123,18 @@ def check_submission(
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {info.filename: info for info in list_zip_members(archive) if not info.is_dir()}
-            by_name = Counter(PurePosixPath(name).name for name in members)
+            members = group_pairs(
+                (PurePosixPath(info.filename).name, info)
+                for info in list_zip_members(archive)
+                if not info.is_dir()
+            )
             findings = [
                 DataMistake(path.name, f"{name} is not one of the files")
-                for name in by_name.keys() - expected
+                for name in members
+                if name not in expected
             ]
             for file, identifiers in expected.items():
-                candidates = [info for name, info in members.items() if PurePosixPath(name).name == file]
+                candidates = members.get(file, [])
                 if len(candidates) != 1:
                     problem = "is missing" if not candidates else f"is there {len(candidates)} times"
                     findings.append(DataMistake(file, problem))
