@@ -49,6 +49,17 @@ def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) ->
             assert twin.score(task_id, _replace_words(words, text)) == plain.score(task_id, text)
 
 
+def test_names_of_actions_in_lower_case_are_the_twins_too(name: str) -> None:
+    plain, twin = open_suite(name, PLANNED[0]), open_suite(f"obfuscated:{name}", PLANNED[0])
+    book = open_gold_answers(plain.benchmark, PLANNED[0])
+    for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
+        text = book[task_id].text
+        answers = (text, _replace_words(cipher(name), text))
+        in_lower_case = [re.sub(r'"[A-Z_]{2,}"', lambda word: word[0].lower(), answer) for answer in answers]
+        assert in_lower_case[0] != text
+        assert plain.score(task_id, in_lower_case[0]) == twin.score(task_id, in_lower_case[1])
+
+
 def test_words_change_among_those_that_are_used_alike(name: str) -> None:
     benchmark, words = find_benchmark(name), cipher(name)
     assert sorted(words) == sorted(words.values())

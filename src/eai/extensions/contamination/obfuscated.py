@@ -84,7 +84,14 @@ def _replace_words(words: Mapping[str, str], text: str) -> str:
 
 
 def _restore_words(words: Mapping[str, str], text: str) -> str:
-    return _replace_words({new: old for old, new in words.items()}, text)
+    """Replace new names in an answer by the old names. Answers may write names with other capitals."""
+    other_capitals = {
+        change(new): change(old)
+        for change in (str.capitalize, str.upper, str.lower)
+        for old, new in words.items()
+        if change(new) not in _FORMAT_WORDS
+    }
+    return _replace_words({**other_capitals, **{new: old for old, new in words.items()}}, text)
 
 
 def _replace_token(token: str, words: Mapping[str, str]) -> str:
