@@ -41,6 +41,11 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ({"version": 1}, r"line 3: version: expected 2, found 1"),
         ({"shortcuts": {"names": 2}}, r"line 3: shortcuts"),
         ({"id": "q"}, r"line 3: the id 'q' occurs twice"),
+        ({"form": "choice", "answer": []}, r"line 3: answer: .*expected one answer .* choice, found \[\]"),
+        (
+            {"form": "yes_no", "answer": ["yes", "no"]},
+            r"line 3: answer: .*expected one answer .* yes_no, found \[",
+        ),
         ({"prompt": ""}, r"line 3: prompt: expected a text that is not empty"),
     ],
 )
@@ -157,6 +162,9 @@ def test_repairs_are_named() -> None:
     assert grade_answer(FACTS, 'So: ["at(robot, box)"]').repairs == ("prose",)
 
 
-@pytest.mark.parametrize("asked", [YES, LETTER, FACTS, NOTHING, ANY])
+QUOTED = question(QuestionForm.OPEN, 'says(robot, "é")', "at(a\\b)")
+
+
+@pytest.mark.parametrize("asked", [YES, LETTER, FACTS, NOTHING, ANY, QUOTED])
 def test_the_gold_answer_is_right(asked: Question) -> None:
     assert grade_answer(asked, format_gold_answer(asked)).exact

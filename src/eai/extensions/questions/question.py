@@ -6,6 +6,7 @@ A grade depends only on the question and the text of the answer.
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
 from eai.abilities.answer_text import AnswerFormat, contains_json_string, read_json
 from eai.abilities.reasoning import split_answer_and_reasoning
@@ -96,6 +97,16 @@ class Question(BaseModel):
     accept: Accept = "all"
     shortcuts: Mapping[str, Annotated[float, Field(ge=0, le=1)]] = Field(default_factory=dict)
 
+    @field_validator("answer")
+    @classmethod
+    def _require_one_answer_in_closed_form(
+        cls, answer: tuple[str, ...], fields: ValidationInfo
+    ) -> tuple[str, ...]:
+        form = fields.data.get("form", QuestionForm.OPEN)
+        if form is not QuestionForm.OPEN and len(answer) != 1:
+            raise ValueError(f"expected one answer to a question of form {form.value}")
+        return answer
+
 
 def questions_to_bytes(questions: Iterable[Question]) -> bytes:
     """Return the content of a question file as bytes. Equal questions give equal bytes."""
@@ -170,7 +181,7 @@ def format_gold_answer(question: Question) -> str:
     answers = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not QuestionForm.OPEN:
         return answers[0]
-    return "[" + ", ".join([f'"{answer}"' for answer in answers]) + "]"
+    return json.dumps(answers, ensure_ascii=False)
 
 
 def _parse_answer_items_and_repair_names(
