@@ -334,6 +334,15 @@ def test_other_tasks_than_announced_are_refused(season: Path, eai: Command, tmp_
     assert (done.status, "is not what was published" in done.err) == (2, True)
 
 
+def test_open_seasons_of_one_name_are_refused(season: Path, eai: Command, tmp_path: Path) -> None:
+    again = season.parent / "season-2"
+    made = ("--n", 2, "--split", "train", "--seed", 1, "--secret", "hush", "--out", again)
+    assert eai("generate", "--like", "lamps:lamps", *made).status == 0
+    (again / "season.toml").write_text('title = "Season 2"\nsplit = "train"\n')
+    done = eai("board", tmp_path / "board", "--out", tmp_path / "site")
+    assert (done.status, "another season has tasks of the name lamps-train" in done.err) == (2, True)
+
+
 def test_answers_to_a_season_are_ranked_in_a_table_of_their_own(
     season: Path, eai: Command, tmp_path: Path
 ) -> None:

@@ -116,7 +116,10 @@ def build_page_and_count_submissions(
     """
     places = [each for path in paths for each in _list_submissions_and_leaderboard_seasons(path)]
     seasons = [_read_leaderboard_season(place) for place in places if (place / MANIFEST).is_file()]
-    opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
+    opened: dict[str, Benchmark] = {}
+    for benchmark, _ in seasons:
+        if benchmark is not None and opened.setdefault(benchmark.name, benchmark) is not benchmark:
+            raise InputError(f"another season has tasks of the name {benchmark.name}; use another --split")
 
     @cache
     def open_suite_of_domain(domain: str, ability: Ability) -> Suite:
