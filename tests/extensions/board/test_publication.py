@@ -100,6 +100,15 @@ def test_only_models_that_are_named_are_published_each_below_its_name(tmp_path: 
     }
 
 
+def test_two_models_of_one_public_name_are_refused(tmp_path: Path) -> None:
+    text = FILE.replace("maker/second", "maker/first-large")
+    result = report(tmp_path, text, action_run(), by("second", action_run()))
+    assert "several models or variants are published in hugging_face/maker/first-large/" in str(
+        result.exception
+    )
+    assert not (tmp_path / "published").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

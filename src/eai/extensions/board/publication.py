@@ -21,6 +21,7 @@ from pydantic import Field
 
 from eai import __version__
 from eai.abilities.declaration import get_declaration, get_display_name
+from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
@@ -61,7 +62,7 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
         runs: runs of any models, suites and protocols, sorted by their keys.
 
     Raises:
-        InputError: the file cannot be read, or is malformed.
+        InputError: the file cannot be read or is malformed, or two models get one file.
     """
     metadata = _PublicationMetadata.read_file(metadata_file)
     plain = [
@@ -84,8 +85,12 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
         )
         if metadata.dataset:
             variant = _to_file_name_part(protocol + name.removeprefix(model))
-            entries = "".join(_write_hugging_face_results(metadata, suites))
-            written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
+            file = f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"
+            if file in written:
+                raise InputError(
+                    f"{metadata_file}: several models or variants are published in {file}; keep one of them"
+                )
+            written[file] = "".join(_write_hugging_face_results(metadata, suites))
     return written
 
 
