@@ -163,6 +163,13 @@ def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
     ]
 
 
+def test_an_empty_candidate_is_met_by_no_demonstration() -> None:
+    (changes, *_) = SHARED
+    met = candidate("on({small}, shelf)")
+    assert find_index_of_first_met_template(((), met), changes) == 1
+    assert find_index_of_first_met_template(((),), changes) is None
+
+
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 

@@ -309,14 +309,15 @@ def is_goal_template_met(template: GoalTemplate, changes: ChangesMadeByDemonstra
     """Whether a demonstration (a recorded plan) meets one possible meaning of its task title.
 
     For each entry of the template, the plan must make a change that fits the entry, or contain an action of
-    the entry. The actions must come in the order of the entries.
+    the entry. The actions must come in the order of the entries. No plan meets a template without entries.
     """
     rest = iter(changes.actions)
-    return all(
+    return bool(template) and all(
         any(action in {pattern.name for pattern in entry} for action in rest)
-        for entry in template
         if entry[0].is_action
-    ) and all(any(changes.find_matching_facts(entry)) for entry in template if not entry[0].is_action)
+        else any(changes.find_matching_facts(entry))
+        for entry in template
+    )
 
 
 def make_goals_from_template(changes: ChangesMadeByDemonstration, template: GoalTemplate) -> tuple[Goal, ...]:
