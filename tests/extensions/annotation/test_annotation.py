@@ -50,6 +50,7 @@ def told(facts: object, task: Task) -> list[str]:
         "HOLDS(robot, {})",
         "do TOUCH",
         "inside(a.n.01, b.n.02)",
+        "BETWEEN(a, {B, C}, {}, d)",
     ],
 )
 def test_patterns_are_read_as_they_are_written(text: str) -> None:
@@ -57,7 +58,7 @@ def test_patterns_are_read_as_they_are_written(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "ON", "ON()", "ON(a b)", "ON(a, b, c)", "ON({a)", "do ", "ON(a) or ON(b)"]
+    "text", ["", "ON", "ON()", "ON(a b)", "ON(a,, b)", "ON({a)", "do ", "ON(a) or ON(b)"]
 )
 def test_a_malformed_pattern_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="expected a pattern such as"):

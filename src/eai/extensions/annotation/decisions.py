@@ -47,8 +47,8 @@ from eai.world.vocabulary import Predicate, Vocabulary
 
 _ACTION_PREFIX = "do "
 _NAME_REGEX = r"[^\s(){},]+"
-_KIND_REGEX = rf"\s*({_NAME_REGEX}|\{{[^{{}}]*\}})\s*"
-_PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?,?\)")
+_KIND_REGEX = rf"(?:{_NAME_REGEX}|\{{[^{{}}]*\}})"
+_PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\((\s*{_KIND_REGEX}\s*(?:,\s*{_KIND_REGEX}\s*)*),?\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class _ObjectKindByClassOrProperties:
 
 @dataclass(frozen=True, slots=True)
 class GoalPattern:
-    """A form of goal: a state of one kind of object, a relation between two kinds, or an action.
+    """A form of goal: a state of one kind of object, a relation between several kinds, or an action.
 
     Attributes:
         name: name of the predicate or action.
@@ -124,8 +124,7 @@ def parse_pattern(text: str) -> GoalPattern:
         raise InputError(
             f"{text!r}: expected a pattern such as ON(lamp), ONTOP({{GRABBABLE, MOVABLE}}, table) or do TOUCH"
         )
-    name, *kinds = filter(None, atom.groups())
-    return GoalPattern(name, tuple(map(_parse_object_kind, kinds)))
+    return GoalPattern(atom[1], tuple(map(_parse_object_kind, re.findall(_KIND_REGEX, atom[2]))))
 
 
 def _parse_object_kind(text: str) -> _ObjectKindByClassOrProperties:
@@ -330,7 +329,7 @@ def make_goals_from_template(changes: ChangesMadeByDemonstration, template: Goal
     conditions = [entry for entry in template if not entry[0].is_action]
     facts = dict.fromkeys(fact for entry in conditions for fact in changes.find_matching_facts(entry))
     states = [_make_goal(fact, changes.scene) for fact in facts if len(fact.arguments) == 1]
-    relations = [_make_goal(fact, changes.scene) for fact in facts if len(fact.arguments) == 2]
+    relations = [_make_goal(fact, changes.scene) for fact in facts if len(fact.arguments) > 1]
     actions = [
         Goal(GoalKind.ACTION, Or(tuple(Occurs(pattern.name) for pattern in entry)))
         for entry in template
