@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -189,6 +190,7 @@ def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
 
     for kind in (QuestionKind.COUNTERFACTUAL, QuestionKind.VALIDATION):
         assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
+        assert entropy(kind, "works", "goal 1") == pytest.approx(1 / math.log2(3))  # no step fails
     assert entropy(QuestionKind.STATE, "at ball", "at box") == 1
 
 

@@ -408,6 +408,11 @@ GUESS = "guess"
 """Name of the row for random guessing, in tables that list how often each shortcut is right."""
 
 
+_KINDS_ABOUT_PLAN_OUTCOMES = (QuestionKind.COUNTERFACTUAL, QuestionKind.VALIDATION)
+_PLAN_OUTCOMES = ("works", "goal", "step")
+"""First words of the gold answers to questions about the outcome of a plan in open form."""
+
+
 def compute_answer_entropy(
     questions: Sequence[Question], kind: QuestionKind, form: QuestionForm
 ) -> float | None:
@@ -422,7 +427,8 @@ def compute_answer_entropy(
         return None
     counts = Counter(map(_get_grouping_key_of_gold_answer, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
-    most = max([question.options for question in chosen]) or len(counts)
+    outcomes = len(_PLAN_OUTCOMES) if kind in _KINDS_ABOUT_PLAN_OUTCOMES else len(counts)
+    most = max([question.options for question in chosen]) or outcomes
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
@@ -430,12 +436,9 @@ def compute_answer_entropy(
 def _get_grouping_key_of_gold_answer(question: Question) -> tuple[str, ...]:
     """Return a key for counting gold answers: the whole answer, or only its first word.
 
-    The first word is enough for the outcome of a plan in open form: ``works``, ``goal`` or ``step``.
+    The first word is enough for the outcome of a plan in open form (`_PLAN_OUTCOMES`).
     """
-    if question.form is QuestionForm.OPEN and question.kind in (
-        QuestionKind.COUNTERFACTUAL,
-        QuestionKind.VALIDATION,
-    ):
+    if question.form is QuestionForm.OPEN and question.kind in _KINDS_ABOUT_PLAN_OUTCOMES:
         return (question.answer[0].partition(" ")[0],)
     return question.answer
 
