@@ -64,9 +64,9 @@ def test_excluded_tasks_are_asked_once_and_do_not_change_the_ability(
 
 @pytest.fixture
 def runs(eai: Command, tmp_path: Path) -> Path:
-    """Runs of models that act: one wins all tasks, one some and one none; and one had but two tasks."""
+    """Runs of models that act: one wins all tasks, one some and one none; one had two tasks; one is null."""
     suite = open_suite("agents.switches:SWITCHES", ACTING)
-    for model, won in {"good": 4, "fair": 2, "poor": 0, "short": 1}.items():
+    for model, won in {"good": 4, "fair": 2, "poor": 0, "short": 1, "eai_empty": 0}.items():
         answers = [
             {"identifier": task_id, "llm_output": answer_of(suite, task_id) if place < won else "WAVE"}
             for place, task_id in enumerate(suite.task_ids)

@@ -19,6 +19,7 @@ from eai.extensions.adaptive.difficulties import (
     load_task_difficulties,
 )
 from eai.results.epochs import SuiteResult
+from eai.results.paper_tables import is_trivial_baseline
 from eai.results.runs import read_runs
 from eai.results.table_files import write_files
 from eai.results.tidy import TidyTables
@@ -79,6 +80,8 @@ def prepare_adaptive_runs(
 def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     """Return the difficulties of a suite's tasks: published values, or estimates from runs of all tasks.
 
+    Null models (baselines such as an empty answer) are left out.
+
     Returns:
         the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
         variance of a model's ability between groups of tasks, in squared logits; a phrase that names these
@@ -104,12 +107,13 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
+            and not is_trivial_baseline(run.key.model)
             and run.key.has_standard_rules_and_no_study_options
             and RunTotals.from_records(run.records).coverage.is_complete_enough_for_ranking
         ):
             tables.add_records(run.records)
     scores = collect_scores(tables.answers)
-    if len(scores.models) < MIN_MODELS:
+    if not scores.has_enough_models_and_tasks:
         answers = f"all answers to {suite.domain} {suite.ability.value} under {suite.protocol.value}"
         found = f"found {len(scores.models)} models"
         raise InputError(f"{folder}: expected runs of at least {MIN_MODELS} models with {answers}; {found}")
