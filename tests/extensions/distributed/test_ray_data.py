@@ -80,6 +80,15 @@ def test_identifiers_are_those_of_response_files(suite: Suite, answers: list[Res
     assert BatchScorer(suite, "my-model")(batch)["record"] == lines(suite, [asked, missing])
 
 
+@pytest.mark.parametrize("missing", [None, float("nan")])
+def test_a_missing_text_is_an_empty_answer(
+    suite: Suite, answers: list[Response], missing: float | None
+) -> None:
+    scorer, task_id = BatchScorer(suite, "m"), answers[0].task_id
+    empty, other = (scorer({"identifier": [task_id], "llm_output": [text]}) for text in ("", missing))
+    assert other["record"] == empty["record"]
+
+
 def test_what_is_no_batch_of_answers_is_said(suite: Suite) -> None:
     scores = BatchScorer(suite, "my-model")
     with pytest.raises(InputError, match="expected the columns identifier and llm_output, found identifier"):

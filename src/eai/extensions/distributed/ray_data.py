@@ -55,7 +55,7 @@ class BatchScorer:
         identifiers, texts = (batch[column] for column in COLUMNS)
         task_ids = [self._suite.benchmark.data.task_id_of(str(identifier)) for identifier in identifiers]
         answers = [
-            Response(task_id, str(text or ""))
+            Response(task_id, str(text) if isinstance(text, str) else "")  # pandas has NaN for a missing text
             for task_id, text in zip(task_ids, texts, strict=True)
             if task_id is not None
         ]
