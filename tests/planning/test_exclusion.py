@@ -10,10 +10,10 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.derived import is_a
 from eai.world.domain import Domain
-from eai.world.effect import Add, Delete
+from eai.world.effect import Add, Delete, ForEach, Let
 from eai.world.execution import attempt_action
 from eai.world.history import History
-from eai.world.operator import Operator, missing_step
+from eai.world.operator import Operator, OperatorAlternative, missing_step
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -94,6 +94,27 @@ def test_a_proof_is_reused_only_for_objects_with_the_properties_that_it_used(abs
     }
     assert excluded == {"cloth": True, "foam": False, "towel": True}
     assert [*map(len, rules.cached_proofs.values())] == [2]
+
+
+def test_a_deletion_by_another_alternative_or_for_one_object_only_is_no_proof() -> None:
+    vocabulary = Vocabulary((wet, dry, sponge))
+    scene = Scene(vocabulary, {"cloth": "rag", "towel": "rag"})
+    apart = (
+        OperatorAlternative(dry(X), (), (Add(wet(X)),)),
+        OperatorAlternative(sponge(X), (), (Delete(dry(X)),)),
+    )
+    each, first = ForEach(X, dry(X), (Add(wet(X)),)), Let(X, dry(X), (Delete(dry(X)),))
+    start = scene.state([("dry", ("cloth",)), ("dry", ("towel",))])
+    both = [GroundAtom(name, (1,), True) for name in ("wet", "dry")]
+    for operator in (
+        Operator("WET", (X,), (), (), alternatives=apart),
+        Operator("WET_ALL", (), (), (each, first)),
+    ):
+        domain = Domain("wash", vocabulary, (operator,))
+        after = domain.apply(start, Action(operator.name, (1,) * operator.arity))
+        assert after.has("wet", 1)
+        assert after.has("dry", 1)
+        assert not MutualExclusionRules(domain).make_mutual_exclusion_prover(start).are_exclusive(both)
 
 
 def reachable(domain: Domain) -> set[State]:

@@ -355,10 +355,13 @@ class _InductiveMutualExclusionProof:
         scope: _ArgumentScope,
     ) -> bool:
         """Whether an effect deletes a fact in all cases in which another effect of its operator happens."""
+        own_checks = len(effect.operator.checks)
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
             and {*effect.conditions} <= {*other_effect.conditions}
+            and {*effect.checks[own_checks:]} <= {*other_effect.checks[own_checks:]}
+            and effect.read_variables <= other_effect.read_variables
             and all(
                 term == ANYTHING or self._prover.resolve_term(term, scope) == argument
                 for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
