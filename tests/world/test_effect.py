@@ -14,6 +14,7 @@ from eai.world.effect import ANYTHING, Add, Delete, EffectCompiler
 from eai.world.execution import attempt_action
 from eai.world.frame import AGENT, SlotAllocator
 from eai.world.history import History
+from eai.world.operator import Operator
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import plain_sets, toy
@@ -98,3 +99,13 @@ X = Variable("x")
 def test_an_impossible_effect_is_a_domain_error(effect: Add | Delete, message: str) -> None:
     with pytest.raises(DomainError, match=message):
         EffectCompiler(Vocabulary((STATIC, PAIR)), SlotAllocator((X,))).compile_sequence([effect])
+
+
+def test_a_deletion_of_anything_and_anything_clears_a_relation() -> None:
+    domain = Domain(
+        "d", Vocabulary((PAIR,)), (Operator("CLEAR", (), (), (Delete(PAIR(ANYTHING, ANYTHING)),)),)
+    )
+    scene = Scene(domain.vocabulary, {"a": "t", "b": "t"})
+    start = scene.state(["PAIR(a, b)", "PAIR(b, b)", "PAIR(b, a)"])
+    assert [*domain.apply(start, Action("CLEAR", ())).facts()] == []
+    assert len(start.relation("PAIR")) == 3

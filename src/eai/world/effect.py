@@ -183,6 +183,8 @@ class EffectCompiler:
         self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
     ) -> Apply:
         left, right = atom.arguments
+        if left == right == ANYTHING:
+            return lambda before, draft, binding: draft.remove_all_pairs(predicate_slot)
         if left == ANYTHING:
             target = self._frame.find_slot(right, scope)
             return lambda before, draft, binding: draft.remove_pairs_with_target(

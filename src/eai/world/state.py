@@ -352,6 +352,11 @@ class StateDraft:
         if self.binary[predicate_slot].column(target):
             self._copy_relation(predicate_slot).set_column(target, 0)
 
+    def remove_all_pairs(self, predicate_slot: int) -> None:
+        """Remove all pairs from a relation."""
+        for source in iterate_bits(self.binary[predicate_slot].sources):
+            self.set_targets_in_relation(predicate_slot, source, 0)
+
     def add_argument_tuple(self, predicate_slot: int, arguments: tuple[int, ...]) -> None:
         """Add a tuple to the set of a predicate of three or more arguments."""
         self._replace_tuples(predicate_slot, self.tuples[predicate_slot].members | {arguments})
