@@ -216,6 +216,12 @@ def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
+def test_checks_of_a_kind_that_the_paper_lacks_come_first() -> None:
+    checks = (affordance(WET(), "dry"), Check(SOAP(), FaultKind.UNCATEGORISED, "abort"))
+    ordered = sort_checks_in_paper_order(replace(CLEAN, checks=checks))
+    assert [check.reason for check in ordered.checks] == ["abort", "dry"]
+
+
 def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | None]:
     """Return the outcomes of washing with soap that was there before, under both rules."""
     check = missing_step(SOAP() & WET(), "no water or no soap", sought or None)

@@ -18,7 +18,12 @@ from eai.world.vocabulary import require_tuple
 
 _PARAMETER = re.compile(r"{(\w+)}")
 _WORD = re.compile(r"\w+")
-_PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSING_STEP)
+_PAPER_ORDER = (
+    FaultKind.UNCATEGORISED,
+    FaultKind.AFFORDANCE,
+    FaultKind.ADDITIONAL_STEP,
+    FaultKind.MISSING_STEP,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +221,8 @@ def _find_effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
 def sort_checks_in_paper_order(operator: Operator) -> Operator:
     """Return a copy of an operator, with its checks in the order of the paper "Embodied Agent Interface".
 
-    The order is affordance, additional step, missing step. Checks of one kind keep their order.
+    The order is affordance, additional step, missing step. Checks of one kind keep their order. Checks of the
+    kind `FaultKind.UNCATEGORISED`, which the paper lacks, come first.
     """
     tries = tuple(
         replace(attempt, checks=_sort_checks_by_kind(attempt.checks)) for attempt in operator.alternatives
