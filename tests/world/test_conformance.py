@@ -88,6 +88,12 @@ def test_a_broken_law_of_execution_is_reported() -> None:
     assert check_domain(domain, [state]) == ("TRY: the same action in the same state has two outcomes",)
 
 
+def test_a_walk_without_possible_actions_ends_at_once() -> None:
+    state = Scene(toy.VOCABULARY, {}).state([])
+    for operators in ((), (Operator("PRESS", (X,), (), ()),)):
+        assert check_domain(Domain("toy", toy.VOCABULARY, operators), [state]) == ()
+
+
 def test_a_state_of_another_vocabulary_is_reported() -> None:
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, NOTED), toy.VOCABULARY.derived)
     other = Domain("bad", vocabulary, toy.DOMAIN.operators)

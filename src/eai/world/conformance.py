@@ -77,8 +77,9 @@ def _find_defects_on_random_walk(
     if missing := set(initial.facts()).difference(simulator.state.facts()):
         yield f"{domain.name}: the simulator begins without {min(missing).predicate} of the initial state"
     history = History(simulator.state)
-    for _ in range(steps):
-        action = _draw_random_action(domain.operators, initial, rng)
+    operators = [o for o in domain.operators if initial.scene.objects or not o.parameters]
+    for _ in range(steps if operators else 0):
+        action = _draw_random_action(operators, initial, rng)
         before = _compute_facts_hash(history.state)
         outcome = attempt_action(domain, history, action)
         second_outcome = attempt_action(domain, history, action)
