@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import permutations
+from itertools import pairwise, permutations
 from random import Random
 
 import pytest
@@ -217,6 +217,27 @@ def test_conditions_that_help_to_establish_each_other_look_reachable() -> None:
     state = scene.state([Fact("made", (0,)), Fact("made", (1,)), *recipes])
     for i in range(20):
         assert Planner(domain).looks_reachable(state, made(Constant(f"t{i}")), range(20))
+
+
+def test_a_counted_condition_that_needs_its_own_result_is_estimated_again() -> None:
+    """A lamp needs power. Power comes from a generator that is built in three steps, or from a lit lamp."""
+    lit, power, built = Predicate("lit", 1), Predicate("power", 0), Predicate("built", 1)
+    bulb, parts = Variable("bulb", "lamp"), [built(Constant(name)) for name in "abc"]
+    operators = [
+        Operator("SWITCH", (X,), (missing_step(power(), "no power"),), (Add(lit(X)),)),
+        Operator("BORROW", (), (missing_step(Exactly(1, bulb, lit(bulb)), "no light"),), (Add(power()),)),
+        Operator("START", (), (missing_step(parts[-1], "not built"),), (Add(power()),)),
+        Operator("BEGIN", (), (), (Add(parts[0]),)),
+        *[
+            Operator(f"BUILD{i}", (), (missing_step(before, "too early"),), (Add(after),))
+            for i, (before, after) in enumerate(pairwise(parts))
+        ],
+    ]
+    domain = Domain("lamps", Vocabulary((lit, power, built)), tuple(operators))
+    scene = Scene(domain.vocabulary, {"lamp": "lamp", "a": "part", "b": "part", "c": "part"})
+    estimates = CostEstimates(AdditiveHeuristic(domain), scene.state([]), range(4))
+    assert estimates.estimate(subgoal(power())) == 4
+    assert estimates.estimate(subgoal(lit(Constant("lamp")))) == 5
 
 
 def test_an_action_is_tested_once_in_a_state() -> None:

@@ -493,16 +493,17 @@ class CostEstimates:
         """Store the cost of a condition; an infinite cost means that no cost below ``cost_limit`` was found.
 
         Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
-        If that condition gets a finite cost, the failure proves only that no cost is below this cost plus
-        one. ``values_saved_at_begin`` is the result of `_begin_cost_computation_and_save_values`.
+        The failure proves only that no cost is below the cost of that condition, or its cost limit, plus one.
+        ``values_saved_at_begin`` is the result of `_begin_cost_computation_and_save_values`.
         """
         depth = self._open.pop(key)
         cut, self._cut_depth = self._cut_depth, values_saved_at_begin[0]
         if cut < depth:
             self._causes[key] = next(islice(self._open, cut, None))
+        proved_limit = min(cost, cost_limit) + _MIN_COST
+        for other in self._uncertain[values_saved_at_begin[1] :]:
+            self._failed_limits[other] = min(self._failed_limits[other], proved_limit)
         if cost < INFINITE:
-            for other in self._uncertain[values_saved_at_begin[1] :]:
-                self._failed_limits[other] = min(self._failed_limits[other], cost + _MIN_COST)
             return
         self._failed_limits[key] = cost_limit
         if cut < depth:
