@@ -89,6 +89,13 @@ def test_the_limit_ends_a_search() -> None:
     assert (found.end, found.states) == (SearchEndReason.STATES, 2)
 
 
+def test_a_plan_that_is_found_at_the_limit_counts() -> None:
+    goal = PlanningGoal((RED_IN_SHED, LAMP_LIT))
+    found = plan(goal)
+    assert plan(goal, Limits(states=found.states)) == found
+    assert plan(goal, Limits(states=found.states - 1)).end is SearchEndReason.STATES
+
+
 def test_a_planner_may_be_restricted_to_allowed_states() -> None:
     goal = PlanningGoal((LAMP_LIT, RED_IN_SHED))
     empty = Not(Exists(X, holding(X)))

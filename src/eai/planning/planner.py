@@ -185,8 +185,8 @@ def _search_plan(
     agenda = _GoalAgenda(search, goals, start.state.scene)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_goal_reached_at_node(node):
-        further = agenda.reach_next_goal(node, allowed)
-        if search.is_over or (further is None and not limits.thorough):
+        further = None if search.is_over else agenda.reach_next_goal(node, allowed)
+        if further is None and (search.is_over or not limits.thorough):
             return SearchResult(SearchEndReason.STATES, states=effort.used)
         if further is not None:
             node, allowed = further, _FIRST_LIMITS
