@@ -83,6 +83,13 @@ def test_plans_use_the_given_objects_only() -> None:
     assert found.end is SearchEndReason.UNREACHABLE
 
 
+def test_a_goal_about_another_object_permits_no_action_on_this_object() -> None:
+    objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
+    for goal in (named("holding", "blue"), named("at", "robot", "shed")):
+        assert plan(PlanningGoal((goal,))).end is SearchEndReason.SOLVED
+        assert PLANNER.find_plan(START, PlanningGoal((goal,)), objects).end is SearchEndReason.UNREACHABLE
+
+
 def test_the_limit_ends_a_search() -> None:
     goal = PlanningGoal((RED_IN_SHED, LAMP_LIT))
     found = plan(goal, Limits(states=2))

@@ -137,6 +137,11 @@ class Achiever:
         """Return a mapping from variables to objects that gives the atom these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
+    def has_only_usable_arguments(self, scope: Mapping[str, int], usable_objects_mask: int) -> bool:
+        """Whether each object that ``scope`` gives to a parameter of the operator is in a mask of objects."""
+        names = [parameter.name for parameter in self.schema.operator.parameters]
+        return all(usable_objects_mask >> scope[name] & 1 for name in names if name in scope)
+
     def generate_complete_bindings(
         self,
         state: State,
@@ -748,7 +753,7 @@ class _AtomAchieverFinder:
             with_subgoals_on_parameters_not_in_atom=with_subgoals_on_parameters_not_in_atom,
         ):
             scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
-            if scope is not None:
+            if scope is not None and achiever.has_only_usable_arguments(scope, self._usable):
                 fixed = achiever.make_partial_variable_binding(
                     self._state.scene, scope, only_static_conditions=True
                 )
