@@ -143,6 +143,12 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
         next(tried)
 
 
+def test_generation_ends_with_the_last_seed() -> None:
+    spec = TaskSpecification("lamps:lamps", "")
+    judged = [TaskSeedOutcome(SeedRejectionReason.COPY)] * 2
+    assert list(select_tasks(judged, spec, 1, set())) == [SeedRejectionReason.COPY] * 2
+
+
 @pytest.mark.parametrize(
     ("goals", "held_out", "limit"),
     [(10, "goals", 100), (11, "goals", 1500), (10, "starts", 1500), (None, "goals", 1500)],

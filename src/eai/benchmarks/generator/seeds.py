@@ -86,10 +86,12 @@ def select_tasks(
 ) -> Iterator[GenerationOutcome]:
     """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
 
+    If there are no more seeds, fewer tasks are generated.
+
     Args:
-        judged: for each seed in order, without end, its task or the reason for rejection.
+        judged: for each seed in order, its task or the reason for rejection.
         spec: the specification of the tasks.
-        number: number of tasks.
+        number: number of tasks, at least 1.
         known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.
         fingerprint_log: list to which the fingerprints of tasks and rejected duplicates are added in order.
 
@@ -104,16 +106,7 @@ def select_tasks(
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
         limit = round(limit / min(sets.SHARES.values()))
-    seeds = iter(judged)
-    while generated < number:
-        has_few_goals = spec.held_out != "starts" and _has_few_goals(goals)
-        if failures >= (_MAX_FAILED_SEEDS_WITH_FEW_GOALS if has_few_goals else limit):
-            why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
-            given = f"the last {failures} seeds gave no task: {why}"
-            few = f"; all seeds have only {len(goals)} different lists of goals: try --held-out starts"
-            message = f"only {generated} of {number} tasks generated; {given}"
-            raise InputError(message + few * has_few_goals)
-        seed = next(seeds)
+    for seed in judged:
         outcome = seed.decide_outcome_given_earlier_tasks(
             known_fingerprints, impossible_minus_possible_counts
         )
@@ -132,6 +125,15 @@ def select_tasks(
             failures += 1
             reasons[outcome.value] += 1
         yield outcome
+        if generated == number:
+            return
+        has_few_goals = spec.held_out != "starts" and _has_few_goals(goals)
+        if failures >= (_MAX_FAILED_SEEDS_WITH_FEW_GOALS if has_few_goals else limit):
+            why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
+            given = f"the last {failures} seeds gave no task: {why}"
+            few = f"; all seeds have only {len(goals)} different lists of goals: try --held-out starts"
+            message = f"only {generated} of {number} tasks generated; {given}"
+            raise InputError(message + few * has_few_goals)
 
 
 def _has_few_goals(goals: Counter[str]) -> bool:
