@@ -51,6 +51,12 @@ def test_facts_that_differ_in_one_name_share_a_line() -> None:
     ]
 
 
+@pytest.mark.parametrize("stem", ["cup ", "cup)", "(cup", "cup,"])
+def test_names_that_no_range_can_be_read_with_are_listed(stem: str) -> None:
+    names = [f"{stem}{number}" for number in (1, 2, 3)]
+    assert join_names_with_number_ranges(names) == ", ".join(names)
+
+
 @given(st.lists(st.integers(0, len(NAMES) - 1)))
 def test_short_lists_of_names_can_be_spelled_out(chosen: list[int]) -> None:
     names = [NAMES[i] for i in chosen]

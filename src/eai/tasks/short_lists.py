@@ -26,7 +26,7 @@ _MIN_RANGE = 3
 _MAX_RANGE = 100_000
 """Maximum number of names that one range in a list, such as ``cup_1..9``, may stand for."""
 
-_NUMBERED = re.compile(r"(.*?)(0|[1-9][0-9]{0,8})", re.DOTALL)
+_NUMBERED = re.compile(r"([^\s,()]*?)(0|[1-9][0-9]{0,8})")  # `_RANGE` reads the same stems
 _RANGE = re.compile(r"([^\s,()]+)\.\.([0-9]{1,9})(?![0-9])")
 _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
@@ -37,7 +37,7 @@ FactWriter: TypeAlias = Callable[[str, Sequence[str]], str]
 
 @lru_cache(1 << 16)
 def _split_off_number(name: str) -> tuple[str, int]:
-    """Return a name without the number at its end, and this number; -2 if there is no number."""
+    """Return a name without the number at its end, and this number; -2 if no range can contain the name."""
     match = _NUMBERED.fullmatch(name)
     return (name, -2) if match is None else (match[1], int(match[2]))
 
