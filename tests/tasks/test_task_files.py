@@ -25,6 +25,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, compute_task_sha256
+from eai.tasks.task_files import open_task_files, write_task_file
 from eai.tasks.task_lines import make_task_line_schema, write_task_line
 from processes import eai as in_own_process
 
@@ -232,6 +233,20 @@ def test_a_folder_without_tasks_is_refused() -> None:
     Path("empty").mkdir()
     with pytest.raises(InputError, match="expected task files"):
         find_benchmark(str(Path("empty").resolve()))
+
+
+def test_a_line_with_too_many_brackets_is_refused() -> None:
+    with pytest.raises(InputError, match="line 1: expected JSON"):
+        open_task_files(put("deep.jsonl", "[" * 100_000))
+
+
+@pytest.mark.parametrize("name", ["v1.train.jsonl", "v1.train.jsonl.gz", "v1.train"])
+def test_only_the_ending_is_left_out_of_the_name_of_a_set(name: str) -> None:
+    path = Path(name)
+    path = path if path.suffix in (".jsonl", ".gz") else path / "tasks.jsonl"
+    path.parent.mkdir(exist_ok=True)
+    write_task_file(path, [json.dumps(LINE)])
+    assert open_task_files(Path(name)).name == "v1.train"
 
 
 def test_tasks_of_several_worlds_are_refused() -> None:

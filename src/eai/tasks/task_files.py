@@ -108,7 +108,8 @@ def open_task_files(path: Path) -> _TaskFiles:
     first = next(iter(lines.values()))
     with prefix_errors_with_location(first):
         base = read_task_line(zlib.decompress(first.content)).base
-    return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest.hexdigest())
+    name = path.resolve().name.removesuffix(".gz").removesuffix(".jsonl")
+    return _TaskFiles(name, base, lines, digest.hexdigest())
 
 
 def make_task_file_content(lines: Iterable[str]) -> bytes:
@@ -311,7 +312,7 @@ def _read_task_id(file_line: _TaskFileLine) -> str:
         return match[1].decode(errors="replace")
     try:
         value = json.loads(file_line.content)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{file_line}: expected JSON ({error})") from error
     if not isinstance(value, dict) or not isinstance(value.get("id"), str):
         raise InputError(f'{file_line}: expected a task as a JSON object with the string "id"')

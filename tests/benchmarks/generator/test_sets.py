@@ -203,7 +203,7 @@ def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_pat
     def write(name: str, base: str) -> None:
         write_task_file(tmp_path / name, [write_task_line(replace(light, id=name), base, lamps.domain)])
 
-    for name in ("train.jsonl", "test.jsonl.gz", "mine.jsonl"):
+    for name in ("v1.train.jsonl", "v1.test.jsonl.gz", "mine.jsonl"):
         write(name, "lamps:lamps")
     write("theirs.jsonl", "virtualhome")
     (tmp_path / "empty.jsonl").touch()
@@ -212,7 +212,7 @@ def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_pat
     assert {
         name: [task.id for task in read_tasks_of_set(file, lamps.domain)] for name, file in files.items()
     } == {
-        "test": ["test.jsonl.gz"],
-        "train": ["train.jsonl"],
+        "v1.test": ["v1.test.jsonl.gz"],
+        "v1.train": ["v1.train.jsonl"],
     }
     assert find_other_task_sets_of_benchmark(tmp_path / "none", "lamps:lamps", excluded_file=tmp_path) == {}
