@@ -43,6 +43,13 @@ def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
     )
 
 
+def test_a_predicate_of_two_names_keeps_its_own_in_texts() -> None:
+    literal = GroundAtom("lit", (5,), truth=True)
+    assert LEXICON.convert_literal_to_formula(literal) == Atom("lit", (Constant("lamp.1"),))
+    of_domain = Atom("lit", (Constant("lamp"),))
+    assert LEXICON.replace_domain_names_by_lexicon_names(of_domain) == Atom("lit", (Constant("lamp.1"),))
+
+
 def test_a_formula_means_something_in_the_domain() -> None:
     x = Variable("x")
     said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))

@@ -54,7 +54,11 @@ class FormulaNameLexicon:
 
     @cached_property
     def _lexicon_name_by_predicate(self) -> Mapping[str, str]:
-        return {name: word for word, name in self.predicates.items()}
+        return {
+            name: word
+            for word, name in self.predicates.items()
+            if name not in self.signature.predicates or name in self.predicates
+        }
 
     @cached_property
     def _lexicon_name_by_action(self) -> Mapping[str, str]:
@@ -66,9 +70,7 @@ class FormulaNameLexicon:
 
     def convert_literal_to_formula(self, literal: GroundAtom) -> f.Formula:
         """Return a literal without variables as a formula with the names that answers and task files use."""
-        name = literal.predicate
-        spoken = name in self.signature.predicates and name not in self.predicates
-        word = name if spoken else self._lexicon_name_by_predicate.get(name, name)
+        word = self._lexicon_name_by_predicate.get(literal.predicate, literal.predicate)
         atom = f.Atom(word, self._make_object_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
