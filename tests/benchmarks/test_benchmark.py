@@ -35,6 +35,14 @@ def test_a_data_set_may_ask_an_ability_of_some_tasks_or_of_its_own() -> None:
     assert list(own.tasks_for(eai.Ability("goal_interpretation"), source)) == [lamp_task().id]
 
 
+def test_operator_tasks_are_made_once() -> None:
+    benchmark = lamps()
+    tasks = benchmark.operator_tasks(eai.Source())
+    assert benchmark.operator_tasks(eai.Source()) is tasks
+    other = replace(benchmark, open_tasks=eai.use_tasks(replace(lamp_task(), id="other")))
+    assert [*tasks, *other.operator_tasks(eai.Source())] == [lamp_task().id, "other"]
+
+
 def test_a_file_with_tasks_of_one_ability_alone_names_the_ability_to_give() -> None:
     ability = eai.Ability("action_sequencing")
     only = replace(lamps(eai.DataSet(own_tasks={ability: eai.use_tasks()})), open_tasks=eai.use_tasks())

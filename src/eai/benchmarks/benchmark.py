@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -250,8 +251,15 @@ class Benchmark:
         from eai.tasks.operator_task import make_transition_tasks
 
         tasks = self.open_tasks(source)
-        declared = make_transition_tasks(self.domain, tasks)
-        return TaskSet(declared, declared.__getitem__, tasks.sha256)
+        if tasks.sha256 not in self._operator_tasks:
+            declared = make_transition_tasks(self.domain, tasks)
+            self._operator_tasks[tasks.sha256] = TaskSet(declared, declared.__getitem__, tasks.sha256)
+        return self._operator_tasks[tasks.sha256]
+
+    @cached_property
+    def _operator_tasks(self) -> dict[str, TaskSet[TransitionTask]]:
+        """The tasks of transition modeling by the digest of the data. Making them calls the planner."""
+        return {}
 
     def collect_domain_and_notation(self, source: Source) -> DomainAndNotation:
         """Return the parts of the benchmark that abilities use, such as the domain and the notation.
