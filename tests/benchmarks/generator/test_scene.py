@@ -67,8 +67,8 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     closed = make_state_with_subset_of_objects(
         place, replace(prior, taken_categories=frozenset()), random.Random(0), 9
     )
-    home_task = task(*home, relevant=["cup.1"])
-    found = add_objects_of_other_tasks(closed, [home_task], prior, random.Random(0), most)
+    home_tasks = [task(*home, relevant=["cup.1"]), replace(task(*home), relevant=())]
+    found = add_objects_of_other_tasks(closed, home_tasks, prior, random.Random(0), most)
     names = [thing.name for thing in found.scene.objects]
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}

@@ -206,6 +206,8 @@ def add_objects_of_other_tasks(
         if len(objects) >= max_objects:
             break
         home = rng.choice(tasks)
+        if not home.relevant:
+            continue
         guest = rng.choice(home.relevant)
         thing = home.scene.objects[guest]
         standing = describe_place_by_relation_and_category(guest, home.initial, usual_goals)
