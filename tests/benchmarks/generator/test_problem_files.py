@@ -152,6 +152,11 @@ def test_a_problem_may_declare_its_rooms(behavior_tasks: BehaviorTasks) -> None:
         ("(onfloor agent", "(ontop agent", "line 15: there is no object agent.n.01_1"),
         ("(not (soaked rag.n.01_1))", "(dusty agent.n.01_1)", "line 14: there is no object agent.n.01_1"),
         ("(not (dusty ?table.n.02_1))", "(dusty agent.n.01_1)", "line 16: there is no object agent.n.01_1"),
+        (
+            "(:goal (and\n    (not (dusty ?table.n.02_1))",
+            "( :goal (and\n    (dusty agent.n.01_1)",
+            "line 16: there is no object agent.n.01_1",
+        ),
     ],
 )
 def test_a_problem_of_another_world_is_refused(

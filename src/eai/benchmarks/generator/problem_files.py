@@ -109,8 +109,7 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
             )
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
-    text = blank_out_comments(file.text).lower()
-    line = text[: text.find("(:goal")].count("\n") + 1
+    line = _find_line_of_pattern(file.text, r"\(\s*:goal")
     goals = list(dict.fromkeys([_require_known_names(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: the goal is empty; write a condition after (:goal")
@@ -152,5 +151,9 @@ def _find_line_of_fact(text: str, fact: f.Formula) -> int:
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
     pattern = rf"{denied}\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
+    return _find_line_of_pattern(text, pattern)
+
+
+def _find_line_of_pattern(text: str, pattern: str) -> int:
     match = re.search(pattern, blank_out_comments(text), re.IGNORECASE)
     return text.count("\n", 0, match.start() if match else 0) + 1
