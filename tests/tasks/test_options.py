@@ -15,6 +15,7 @@ class Shape(BaseModel):
     version: Literal[1] = 1
     parts: list[str | list[str]] = []
     counts: dict[str, int] = {}
+    facts: dict[str, list[str | list[str]]] = {}
 
 
 @pytest.mark.parametrize(
@@ -26,6 +27,10 @@ class Shape(BaseModel):
         ({"name": "a", "version": 2}, "version: expected 1, found 2"),
         ({"name": "a", "parts": "b"}, "parts: expected a list, found 'b'"),
         ({"name": "a", "parts": ["b", 3]}, "parts.1: expected a string, found 3"),
+        ({"name": "a", "parts": ["b", ["c", 3]]}, "parts.1.1: expected a string, found 3"),
+        ({"name": "a", "facts": {"on": [["c", 3]]}}, "facts.on.0.1: expected a string, found 3"),
+        ({"name": "a", "facts": {"on": [["c"], 3]}}, "facts.on.1: expected a string, found 3"),
+        ({"name": "a", "parts": [["b", 3]], "verison": 1}, "parts.0.1: expected a string, found 3"),
         ({"name": "a", "counts": []}, "counts: expected an object, found []"),
         ({"name": "a", "counts": {"b": "c" * 99}}, "counts.b: expected a whole number"),
         ({"name": "a", "verison": 1}, "verison: unknown; did you mean version?"),

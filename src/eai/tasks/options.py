@@ -49,10 +49,19 @@ def describe_validation_error(
         within: the path of the validated value in an enclosing structure, outermost name first.
         whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
     """
-    first = error.errors()[0]
-    path = [*within, *map(str, first["loc"])] or [whole]
-    if path[-1] in _BRANCHES:
-        path.pop()
+    errors = error.errors()
+    first = errors[0]
+    location = first["loc"]
+    if location and location[-1] in _BRANCHES:
+        value_location = location[:-1]
+        depth = len(value_location)
+        # a list fits its type except for the wrong value inside it
+        first = max(
+            (other for other in errors if other["loc"][:depth] == value_location),
+            key=lambda other: len(other["loc"]),
+        )
+        location = value_location + first["loc"][depth + 1 :]
+    path = [*within, *map(str, location)] or [whole]
     kind = first["type"]
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         problem = f"unknown{did_you_mean(path[-1], allowed_names)}"
