@@ -103,7 +103,10 @@ def _make_formula_action_occurs_on_any_objects(action: str, arity: int) -> f.For
 
 
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return a formula without quantifiers that, in the given scene, implies the given formula."""
+    """Return a formula without quantifiers about the objects of a scene.
+
+    It implies the given formula, except that a number of objects or pairs becomes the first of them.
+    """
 
     def list_objects_of_category(variable: f.Variable) -> list[f.Constant]:
         return [
