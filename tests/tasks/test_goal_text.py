@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.base.errors import InputError
-from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Occurs, Variable
+from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Not, Occurs, Then, Variable
 from eai.logic.ltl import parse
 from eai.tasks.goal_text import make_task
 from eai.world.frame import AGENT
@@ -75,9 +75,15 @@ def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None
             "a goal with actions may only join actions by 'or', without objects and other conditions",
         ),
         ("lit(lamp) then LIFT()", "LIFT takes 1 object, not 0"),
+        (
+            Not(Occurs("LIFT")),
+            "a goal with actions may only join actions by 'or', without objects and other conditions",
+        ),
+        (Occurs("LIFTS"), "action LIFTS is not declared; did you mean LIFT?"),
+        (Then((toy.lit("lamp"), Occurs("LIFT"))), "LIFT takes 1 object, not 0"),
     ],
 )
-def test_a_mistake_in_a_goal_of_actions_is_named(goal: str, problem: str) -> None:
+def test_a_mistake_in_a_goal_of_actions_is_named(goal: Formula | str, problem: str) -> None:
     with pytest.raises(InputError) as error:
         make_task("light", "", toy.initial(), goal, domain=toy.DOMAIN)
     assert str(error.value) == f"task light, goal 1: {problem}"

@@ -46,18 +46,28 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(str(misuse) + did_you_mean(misuse.name, known))
     formula = rewrite_state_subformulas(stated, lexicon.replace_lexicon_names_by_domain_names)
+    _check_goal_actions(formula, domain)
+    check_goal_names(formula, scene)
+    return formula
+
+
+def _check_goal_actions(formula: f.Formula, domain: Domain | None) -> None:
+    """Raise InputError if a goal cannot contain its actions, or if they are not actions of the domain."""
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
-    if not is_state_formula(formula):
-        for action in actions:
-            wanted, actual = domain.operator_arities[action.action], len(action.arguments)
-            if wanted != actual:
-                raise InputError(describe_wrong_arity(action.action, wanted, "object", actual))
-    elif actions and not _is_disjunction_of_action_names(formula):
+    is_about_one_state = is_state_formula(formula)
+    if is_about_one_state and actions and not _is_disjunction_of_action_names(formula):
         raise InputError(
             "a goal with actions may only join actions by 'or', without objects and other conditions"
         )
-    check_goal_names(formula, scene)
-    return formula
+    if domain is None:
+        return
+    for action in actions:
+        name, actual = action.action, len(action.arguments)
+        wanted = domain.operator_arities.get(name)
+        if wanted is None:
+            raise InputError(f"action {name} is not declared{did_you_mean(name, domain.operator_arities)}")
+        if wanted != actual and not is_about_one_state:
+            raise InputError(describe_wrong_arity(name, wanted, "object", actual))
 
 
 def check_goal_names(formula: f.Formula, scene: Scene) -> None:
@@ -105,7 +115,7 @@ def make_task(
         initial: the state in which a plan starts.
         goals: formulas, or texts such as ``forall l: lamp. (lit(l))``.
         title: name that similar tasks share; if empty, the task's id is its title.
-        domain: the domain of the task; needed if a text names actions.
+        domain: the domain of the task; needed if a text names actions, and to check actions of formulas.
 
     Raises:
         InputError: the id is empty or not a text; or a goal is neither a text nor a formula, cannot be
@@ -123,6 +133,7 @@ def make_task(
             elif not isinstance(stated, f.Formula):
                 raise InputError(f"expected a text or a formula, found {type(stated).__name__}")
             else:
+                _check_goal_actions(stated, domain)
                 check_goal_names(stated, scene)
                 formulas.append(rename_objects(stated, agent_name))
     everything = tuple(range(len(scene.objects)))
