@@ -7,12 +7,14 @@ import json
 from dataclasses import asdict, replace
 from itertools import islice
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
 
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.sets import (
     MANIFEST,
     add_set_to_manifest,
@@ -188,6 +190,25 @@ def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:
     found = manifest()
     assert found["sets"]["test"] == {"tasks": 4}
     assert found["overlap"] == {"test": {"train": two}}
+
+
+def test_sets_that_are_added_at_once_are_all_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = Thread(target=add_set_to_manifest, args=(tmp_path, "test", {"tasks": 2}, {}))
+    write = sets.write_files_atomically
+
+    def write_while_other_adds(contents: Any) -> None:
+        monkeypatch.setattr(sets, "write_files_atomically", write)
+        other.start()
+        other.join(0.2)  # it waits for the lock
+        write(contents)
+
+    monkeypatch.setattr(sets, "write_files_atomically", write_while_other_adds)
+    add_set_to_manifest(tmp_path, "train", {"tasks": 1}, {})
+    other.join()
+    assert json.loads((tmp_path / MANIFEST).read_text())["sets"] == {
+        "train": {"tasks": 1},
+        "test": {"tasks": 2},
+    }
 
 
 @pytest.mark.parametrize("content", ["[]", "{}", "nothing", '{"sets": 3}'])

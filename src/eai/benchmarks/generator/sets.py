@@ -14,7 +14,12 @@ from typing import Any
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.base.files import read_content, write_files_atomically
+from eai.base.files import (
+    make_file_lock,
+    raise_write_errors_as_input_errors,
+    read_content,
+    write_files_atomically,
+)
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator.measures import find_goal_objects
@@ -424,13 +429,15 @@ def add_set_to_manifest(
         InputError: the existing file is not a manifest, or the manifest cannot be written.
     """
     file = folder / MANIFEST
-    sets, known = (_read_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
-    common: dict[str, dict[str, dict[str, int]]] = {
-        name: {other: counts for other, counts in others.items() if split not in (name, other)}
-        for name, others in known.items()
-    }
-    for (name, other), counts in overlap_by_pair_of_sets.items():
-        common.setdefault(name, {})[other] = counts
-    common = {name: others for name, others in common.items() if others}
-    content = {"canary": CANARY, "sets": {**sets, split: manifest_entry}, "overlap": common}
-    write_files_atomically({file: f"{json.dumps(content, indent=2)}\n"})
+    # other processes may add sets to this folder at once
+    with raise_write_errors_as_input_errors(file), make_file_lock(folder / f".{MANIFEST}.lock")[1]:
+        sets, known = (_read_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
+        common: dict[str, dict[str, dict[str, int]]] = {
+            name: {other: counts for other, counts in others.items() if split not in (name, other)}
+            for name, others in known.items()
+        }
+        for (name, other), counts in overlap_by_pair_of_sets.items():
+            common.setdefault(name, {})[other] = counts
+        common = {name: others for name, others in common.items() if others}
+        content = {"canary": CANARY, "sets": {**sets, split: manifest_entry}, "overlap": common}
+        write_files_atomically({file: f"{json.dumps(content, indent=2)}\n"})
