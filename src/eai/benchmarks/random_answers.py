@@ -81,11 +81,9 @@ def open_random_answers(
 
     def make_random_answer(task_id: str, seed: str, executed_actions: Sequence[Action] = ()) -> AnswerInParts:
         task = tasks[task_id]
-        task = (
-            replace(task, initial=execute_plan(benchmark.domain, task.initial, executed_actions).final_state)
-            if executed_actions
-            else task
-        )
+        if executed_actions:
+            state = execute_plan(benchmark.domain, task.initial, executed_actions).final_state
+            task = replace(task, initial=state)
         rng = make_random_generator(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return AnswerInParts(tuple(write(benchmark, task, steps, rng)), join)
