@@ -18,6 +18,12 @@ def test_a_written_scene_graph_is_read_back() -> None:
         ('```json\n{"facts": [["lit", "a"], ["lit", "a"]]}\n```', ["lit(a)"], (), ("code_fence",)),
         ('I see: {"facts": [["lit", "a", "b"]]}', [], ('["lit", "a", "b"]',), ("prose",)),
         ('{"objects": [3], "facts": [["warm", "a"], [], 7, ["in", "a", 2]]}', [], 5, ()),
+        (
+            '{"objects": [{}], "facts": [{"in": ["a"]}, ["in", {}]]}',
+            [],
+            ("{}", '{"in": ["a"]}', '["in", {}]'),
+            (),
+        ),
         ('{"objects": ["a"], "facts": []}', [], (), ()),
     ],
 )

@@ -82,7 +82,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
     for entry in entries:
         fact = _read_fact(entry, arities)
         if fact is None:
-            ill_formed.append(json.dumps(entry))
+            ill_formed.append(json.dumps(entry, default=lambda item: dict(item.members)))
         else:
             facts.append(fact)
     return replace(make_scene_graph(names, facts), ill_formed=tuple(ill_formed), repairs=reading.repairs)
