@@ -1,13 +1,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 
 from eai.abilities.protocol import Ability
 from eai.results.lines import ALL_MODELS
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.cofactors.study import make_bin_function, make_task_feature_tables
+from eai.studies.cofactors.study import (
+    fit_feature_effects_on_success,
+    make_bin_function,
+    make_task_feature_tables,
+)
 from oracle import MODELS
 from studies.published import GPT_4O, tables
 
@@ -111,3 +116,16 @@ def test_bins_of_a_feature_have_the_documented_widths(
     feature: str, values: list[int], value: int, found: tuple[int, int]
 ) -> None:
     assert make_bin_function(feature, values, 10)(value) == found
+
+
+def test_a_constant_logarithm_is_no_column_of_the_regression() -> None:
+    """The standard deviation of 40 equal logarithms of 7 is not exactly 0."""
+    (answer, *_) = tables("behavior", Ability.ACTION_SEQUENCING).answers
+    answers = [
+        replace(answer, name=str(i), success=i % 3 > 0, annotated_steps=7, objects=i % 2 + 2)
+        for i in range(40)
+    ]
+    (row,) = fit_feature_effects_on_success(answers)
+    assert (row[0], row[1]) == ("log objects", row[2])
+    assert isinstance(row[2], Estimate)
+    assert row[2].value is not None

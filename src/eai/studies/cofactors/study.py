@@ -241,7 +241,7 @@ def fit_feature_effects_on_success(answers: Sequence[AnswerTableLine]) -> Iterat
         name: np.array([value(row) or 0.0 for row in rows]) for name, value in REGRESSION_COLUMNS.items()
     }
     spread = {
-        name: (values - values.mean()) / values.std() for name, values in columns.items() if values.std()
+        name: (values - values.mean()) / values.std() for name, values in columns.items() if np.ptp(values)
     }
     if not spread:
         return
