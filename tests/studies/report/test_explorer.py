@@ -11,10 +11,13 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.explanation import GoalReport, StepReport, VerdictExplanation, parse_statement
+from eai.agents.setting import ACTING
+from eai.agents.verdict import EpisodeTurn, EpisodeVerdict
 from eai.results.page import encode_for_script
-from eai.results.runs import read_runs
+from eai.results.runs import Run, RunKey, read_runs
 from eai.studies.report.explorer import DomainDataOfExplorerPage, ExplorerPageData, build_explorer_page
 from explorer_pages import read_chunks, read_explorer
+from results.verdicts import record
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 
 BACKGROUND = DomainDataOfExplorerPage(
@@ -122,3 +125,15 @@ def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None
 
 def test_script_text_is_json() -> None:
     assert json.loads(encode_for_script({"a": HOSTILE})) == {"a": HOSTILE}
+
+
+def test_thoughts_of_an_episode_are_shown_up_to_its_last_replayed_turn() -> None:
+    """A record has fewer turns than the answer if the replay stopped early."""
+    response = json.dumps({"turns": [{"said": "look", "thought": "hm"}, {"said": "DONE"}]})
+    turn = EpisodeTurn("look", "0" * 64, False, None, False, "0", None)
+    verdict = EpisodeVerdict(turns=(turn,))
+    episode = record("t", verdict, ability=ACTING, response=response)
+    data = ExplorerPageData()
+    data.add_run(Run(RunKey(episode.protocol, episode.domain, ACTING, "m"), (episode,)))
+    content = read_explorer("".join(build_explorer_page(data.format_data_as_base64_lines())))
+    assert content["runs"][0]["answers"][0]["T"] == [["0", "hm"]]

@@ -362,7 +362,8 @@ def _list_turns(record: Record) -> list[Json]:
     turns = record.verdict.turns if isinstance(record.verdict, EpisodeVerdict) else ()
     is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
     written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
-    thoughts = [turn.get("thought") or None for turn in written]
+    # a replay that stopped early has fewer turns than the answer
+    thoughts = [turn.get("thought") or None for turn in written[: len(turns)]]
     return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
 
