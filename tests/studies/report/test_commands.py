@@ -107,3 +107,12 @@ def test_unanswered_tasks_are_reported_wherever_a_run_is_shown(tmp_path: Path) -
     assert said in page
     assert "|  | part¹ | 12/20 |" in page
     assert r" & part\textsuperscript{1} & 12/20 & " in (tmp_path / "out" / "tables.tex").read_text("utf-8")
+
+
+def test_a_run_with_only_excluded_tasks_is_reported_under_both_protocols(tmp_path: Path) -> None:
+    runs = write_runs(tmp_path / "runs", [action_run("first", name)[-1:] for name in ("strict", "eai-1.0.5")])
+    done = RUNNER.invoke(app, ["report", str(runs), "--no-prompts", "--out", str(tmp_path / "report")])
+    assert done.exit_code == 0, done.exception
+    text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"\|.*Task success.*\|", text)
+    assert row.count("–") == 2

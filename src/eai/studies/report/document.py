@@ -240,7 +240,10 @@ def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
                     "suite": format_suite_title(key.domain, key.ability),
                 }
                 row |= {"answered": answered, "metric": get_display_name(metric)}
-                row |= {run.key.protocol.value: _format_percent(run.rates[metric].percent) for run in scored}
+                row |= {
+                    run.key.protocol.value: _format_percent(run.rates.get(metric, NOTHING).percent)
+                    for run in scored
+                }
                 rows.append(row)
     yield from _write_section("Both protocols", rows)
 
