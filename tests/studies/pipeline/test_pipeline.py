@@ -129,3 +129,25 @@ def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -
 def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: ConfusionCounts, kind: str) -> None:
     record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
     assert _classify_correctness_of_stated_goals(record) == kind
+
+
+def test_tasks_without_an_answer_to_the_first_stage_count_as_failed() -> None:
+    """They are all unanswered, but the run has other answers, so their success is 0 of 2."""
+    plain = action_run()
+    unasked = [
+        record if record.summaries else replace(record, unanswered="no goals") for record in piped(plain)
+    ]
+    _, goals, _ = _RunsWithTrueAndInterpretedGoals(plain, unasked, {}, {}, {}).make_tables()
+    assert column(goals, "pipeline")["no answer"] == Estimate(0.0, 0.0, pytest.approx(97.9, abs=0.1), 0, 2)
+    difference = column(goals, "difference")["no answer"]
+    assert isinstance(difference, Estimate)
+    assert difference.value == -50
+
+
+def test_a_pipeline_without_answers_has_counts_but_no_rates() -> None:
+    plain = action_run()
+    unasked = [replace(record, unanswered="no goals", summaries={}) for record in piped(plain)]
+    _, goals, stage_1 = _RunsWithTrueAndInterpretedGoals(plain, unasked, {}, {}, {}).make_tables()
+    assert counts(goals, "tasks") == {"no answer": 11, "all": 11}
+    assert counts(stage_1, "tasks")["no answer"] == 11
+    assert column(stage_1, "pipeline")["no answer"] == Estimate(None, numerator=0, denominator=0)

@@ -128,9 +128,10 @@ class _RunsWithTrueAndInterpretedGoals:
         when they are carried out, or the plan fails. `success`: the plan is right all the same.
         """
         records = self._select_common_records(self.pipeline)
-        successes = {case.task: case for case in self._list_contributions_to_main_metric(records)}
+        cases = self._list_contributions_to_main_metric(self.pipeline)
+        solved = {case.task for case in cases if case.share.numerator}
         breaks = {
-            record.task_id: _find_first_failing_ability(record, successes[record.task_id])
+            record.task_id: _find_first_failing_ability(record, is_plan_right=record.task_id in solved)
             for record in records
         }
         for link in (*_PIPELINE_ABILITIES, "nowhere"):
@@ -142,12 +143,11 @@ class _RunsWithTrueAndInterpretedGoals:
                 )
                 for record in records
             ]
-            broken = [successes[record.task_id] for record in records if breaks[record.task_id] == link]
             yield (
                 link,
-                len(broken),
+                sum(ability == link for ability in breaks.values()),
                 Estimate.from_task_rate_contributions(shares),
-                Estimate.from_task_rate_contributions(broken),
+                Estimate.from_task_rate_contributions([case for case in cases if breaks[case.task] == link]),
             )
 
     @collect_rows_in_table("stages", ("metric", *_COMPARED, *_PAPER))
@@ -194,6 +194,9 @@ class _RunsWithTrueAndInterpretedGoals:
             record.task_id: _classify_correctness_of_stated_goals(record)
             for record in self._select_common_records(self.pipeline)
         }
+        modular_cases, pipeline_cases = map(
+            self._list_contributions_to_main_metric, (self.modular, self.pipeline)
+        )
         for kind in (*_GOAL_GROUPS, "all"):
             tasks = {task for task, own_kind in kinds.items() if kind in (own_kind, "all")}
             if tasks:
@@ -201,8 +204,8 @@ class _RunsWithTrueAndInterpretedGoals:
                 pipeline = self._select_records(self.pipeline, tasks)
                 success = next(iter(compare_runs(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
-                one = self._list_contributions_to_main_metric(modular)
-                other = self._list_contributions_to_main_metric(pipeline)
+                one = [case for case in modular_cases if case.task in tasks]
+                other = [case for case in pipeline_cases if case.task in tasks]
                 perfect = [
                     case._replace(
                         share=make_rate_contribution_of_answer(self.reachable.get(case.task, False))
@@ -210,7 +213,7 @@ class _RunsWithTrueAndInterpretedGoals:
                     for case in other
                 ]
                 compared = *_estimate_both_rates_and_difference(one, other), success.p_value
-                yield (kind, len(one), *compared, *only, Estimate.from_task_rate_contributions(perfect))
+                yield (kind, len(tasks), *compared, *only, Estimate.from_task_rate_contributions(perfect))
 
     @property
     def _sentence_about_perfect_planner(self) -> str:
@@ -238,10 +241,11 @@ class _RunsWithTrueAndInterpretedGoals:
             "names what does not exist": _make_test_that_summary_field_is_set("stage_1_unknown"),
             "has ill-formed entries": _make_test_that_summary_field_is_set("stage_1_left_out"),
         }
-        successes = {case.task: case for case in self._list_contributions_to_main_metric(records)}
+        cases = self._list_contributions_to_main_metric(self.pipeline)
         for heading, is_so in kinds.items():
-            cases = [successes[record.task_id] for record in records if is_so(record)]
-            yield heading, len(cases), Estimate.from_task_rate_contributions(cases)
+            tasks = {record.task_id for record in records if is_so(record)}
+            of_kind = [case for case in cases if case.task in tasks]
+            yield heading, len(tasks), Estimate.from_task_rate_contributions(of_kind)
 
     @collect_rows_in_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
@@ -258,18 +262,15 @@ class _RunsWithTrueAndInterpretedGoals:
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )
+        cases_of_runs = [*map(self._list_contributions_to_main_metric, (self.modular, self.pipeline))]
         for condition in sorted(
             by_condition, key=lambda c: (-sum(case.share.numerator for case in by_condition[c]), c)
         ):
             tasks = {case.task for case in by_condition[condition] if case.share.numerator}
-            sides = [
-                compute_rate(
-                    case.share
-                    for case in self._list_contributions_to_main_metric(self._select_records(side, tasks))
-                )
-                for side in (self.modular, self.pipeline)
+            solved = [
+                int(compute_rate(case.share for case in cases if case.task in tasks).numerator)
+                for cases in cases_of_runs
             ]
-            solved = [int(side.numerator) for side in sides]
             yield (
                 condition,
                 Estimate.from_task_rate_contributions(by_condition[condition]),
@@ -277,7 +278,9 @@ class _RunsWithTrueAndInterpretedGoals:
                 *solved,
             )
 
-    def _list_contributions_to_main_metric(self, records: Sequence[Record]) -> Sequence[TaskRateContribution]:
+    def _list_contributions_to_main_metric(self, run_records: Sequence[Record]) -> TaskRateContributions:
+        """Return what each task that both runs have scored adds to one run; empty if no task is answered."""
+        records = self._select_common_records(run_records)
         return make_contributions_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
@@ -304,13 +307,13 @@ _PIPELINE_ABILITIES = ("goal interpretation", "subgoal decomposition", "action s
 """Abilities (kinds of question) that a pipeline asks for, in order: goals, then subgoals, then a plan."""
 
 
-def _find_first_failing_ability(record: Record, plan_success: TaskRateContribution) -> str:
+def _find_first_failing_ability(record: Record, *, is_plan_right: bool) -> str:
     """Return the first ability of a pipeline (goals, subgoals, plan) whose answer fails, or "nowhere"."""
     stated = record.summaries.get(STUDY)
     fails = (
         stated is None or bool(stated["goal_counts"][2]),
         stated is None or not stated["subgoals_success"],
-        not plan_success.share.numerator,
+        not is_plan_right,
     )
     return next(
         (link for link, is_broken in zip(_PIPELINE_ABILITIES, fails, strict=True) if is_broken), "nowhere"
