@@ -171,3 +171,15 @@ def test_the_label_of_a_run_contains_the_name_of_its_prompts(
     assert "4 tables, 0 plots; in " in outcome.out
     assert PLAIN in next((tmp_path / "out").rglob("prompts.md")).read_text(encoding="utf-8")
     assert experiment(prompt_name="base").label == "prompt-base"
+
+
+@pytest.mark.parametrize("place", [0, 3])
+def test_a_run_without_answers_counts_as_0_in_all_draws_of_tasks(place: int) -> None:
+    """No answer adds to the metric of such a run, wherever it stands in the order of runs."""
+    runs = [(name, run(model, n)) for model, name, n in (("one", "a", 12), ("two", "b", 16), ("two", "a", 2))]
+    dead = [replace(record, model="one", unanswered="server down") for record in run("one", 0)]
+    runs.insert(place, ("b", dead))
+    agreement, _ = rows(
+        {table.name: table for table in make_prompt_tables(runs, SUCCESS)}["prompt_agreement"]
+    )
+    assert agreement["tau"] == Estimate(-1.0, -1.0, -1.0)

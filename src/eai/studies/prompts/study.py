@@ -24,7 +24,12 @@ from eai.results.plots import add_title, clip_label, draw_rate_matrix, get_value
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.summary import estimate_share, find_answer_outcome, make_contributions_by_metric
+from eai.results.summary import (
+    estimate_share,
+    find_answer_outcome,
+    find_task_name,
+    make_contributions_by_metric,
+)
 from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.prompts.choice import STUDY
 from eai.studies.records import StudyRecords
@@ -281,13 +286,14 @@ def _draw_bootstrap_metrics_by_model(
 
     Task names are drawn with replacement, and all runs use the same drawn names.
     """
+    name_by_task = {r.task_id: find_task_name(r) for r in next(iter(matrix.records.values()))}
+    names = list(dict.fromkeys(name_by_task.values()))
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
         of_names = group_pairs(
-            (case.name, case.share) for case in matrix.list_task_contributions_to_metric(*cell)
+            (name_by_task[case.task], case.share) for case in matrix.list_task_contributions_to_metric(*cell)
         )
-        sums[cell] = {name: compute_rate(shares) for name, shares in of_names.items()}
-    names = list(next(iter(sums.values())))
+        sums[cell] = {name: compute_rate(of_names.get(name, ())) for name in names}
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
     for _ in range(draws):
         draw = generator.choices(names, k=len(names))
