@@ -2,17 +2,21 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
 
 from command_line import Command
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.runs import read_runs
 from eai.tasks.source import Source
+from experiments import experiment
 from results.verdicts import record
 from studies.report.samples import action_run, goal_run, operator_run, write_runs
 from studies.told import read_table, told_tables
@@ -142,9 +146,12 @@ def test_what_was_written_is_told_as_json(eai: Command, tmp_path: Path) -> None:
     assert table["lines"]["answers"] == sum(map(len, records))
 
 
-def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
+@pytest.mark.parametrize("made_with", [None, Experiment(effort="low"), experiment(replans=2, scene="image")])
+def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path, made_with: Experiment | None) -> None:
     """The link is relative, and its run and task are those that the page knows."""
-    runs, out = write_runs(tmp_path / "runs", [action_run("first")]), tmp_path / "analyses" / "errors"
+    records = [replace(record, experiment=made_with) for record in action_run("first")]
+    runs, out = write_runs(tmp_path / "runs", [records]), tmp_path / "analyses" / "errors"
+    (name,) = [run.key.name for run in read_runs([runs])]
     assert eai("report", runs, "--no-plots", "--no-prompts", "--out", tmp_path / "my report").status == 0
     page = tmp_path / "my report" / "explorer.html"
     done = eai("analyze", "errors", runs, "--no-plots", "--with", f"explorer={page}", "--out", out)
@@ -156,7 +163,7 @@ def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
     for (text, target), row in zip(links, rows, strict=True):
         address = urlsplit(target)
         assert (out / unquote(address.path)).resolve() == page.resolve()
-        run = "/".join((row["domain"], row["ability"], row["protocol"], row["answered_by"]))
+        run = "/".join((row["domain"], row["ability"], row["protocol"], name))
         assert parse_qs(address.fragment) == {"run": [run], "task": [text]}
     refused = eai("analyze", "errors", runs, "--with", f"explorer={tmp_path / 'none.html'}", "--out", out)
     assert "no such file; eai report writes explorer.html" in refused.err

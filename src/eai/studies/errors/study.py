@@ -12,6 +12,7 @@ from urllib.parse import quote, urlencode
 from pydantic import Field
 
 from eai.abilities.declaration import RUNTIME_FAULTS, AnswerOutcome
+from eai.abilities.experiment import SEPARATOR, Experiment
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
@@ -253,7 +254,10 @@ def _link_task_to_explorer(answer: AnswerTableLine, explorer_address: str | None
     """Return a task's id with a link to its answer in an explorer. ``explorer/state.js`` reads the link."""
     if explorer_address is None:
         return answer.task
-    run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
+    agent = Experiment(harness=answer.harness, effort=answer.effort).label
+    options = SEPARATOR.join(filter(None, (answer.experiment, agent)))
+    name = f"{answer.model}, {options}" if options else answer.model
+    run = "/".join((answer.domain, answer.ability, answer.protocol, name))
     return TextCell(answer.task, f"{explorer_address}#{urlencode({'run': run, 'task': answer.task})}")
 
 
