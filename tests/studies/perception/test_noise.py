@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import pairwise, product
 
 import pytest
@@ -78,12 +78,29 @@ def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
         (["missing=1.5"], "noise: expected missing from 0 to 1, not 1.5"),
         (["missing=0.6", "misplaced=0.6"], "noise: the sum of missing and misplaced must be at most 1"),
         (["seed=0.5"], "noise seed=0.5: expected a whole number"),
+        (["seed=inf"], "noise seed=inf: expected a whole number"),
+        (["missing=nan"], "noise: expected missing from 0 to 1, not nan"),
     ],
 )
 def test_invalid_settings_of_noise_are_refused(settings: list[str], told: str) -> None:
     with pytest.raises(InputError) as error:
         parse_noise(settings)
     assert str(error.value).startswith(told)
+
+
+def test_settings_of_noise_with_many_digits_differ() -> None:
+    """A binary64 number has 53 bits, and a short text of a rate six digits."""
+    assert parse_noise([f"seed={2**53 + 1}"]).seed == 2**53 + 1
+    labels = [parse_noise([f"missing={rate}"]).label for rate in ("0.1234567", "0.1234568", "1", "0.1")]
+    assert labels == [f"missing-{rate}-seed-0" for rate in ("0.1234567", "0.1234568", "1", "0.1")]
+
+
+def test_no_untrue_fact_is_added_if_only_the_agent_is_seen() -> None:
+    """All objects are unseen, but a fact about the agent alone is visible."""
+    task = kitchen_task()
+    lit = replace(task, initial=task.scene.state([("lit", (0,)), ("in", (1, 2))]))
+    graph = perceive_with_noise(lit, WORDS, PerceptionNoise(unseen=1, unnecessary=1))
+    assert (graph.objects, [str(fact) for fact in graph.facts]) == (("robot",), ["lit(robot)"])
 
 
 def occasions(kind: str, perceived: ScenePerceptionErrorCounts, told: int) -> tuple[int, int]:

@@ -7,6 +7,7 @@ import random
 import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from eai.base.errors import InputError, did_you_mean
 from eai.studies.perception.scene_graph import (
@@ -63,7 +64,7 @@ class PerceptionNoise:
     @property
     def label(self) -> str:
         """Short text with the probabilities and the seed; different settings have different texts."""
-        parts = [f"{name}-{rate:g}" for name, rate in self.error_rates.items() if rate]
+        parts = [f"{name}-{str(rate).removesuffix('.0')}" for name, rate in self.error_rates.items() if rate]
         return "-".join([*parts, f"seed-{self.seed}"])
 
 
@@ -74,20 +75,18 @@ def parse_noise(settings: Sequence[str]) -> PerceptionNoise:
         InputError: a text is not such a setting.
     """
     names = [field.name for field in fields(PerceptionNoise)]
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     for setting in settings:
         name, separator, text = setting.partition("=")
         if name not in names or not separator:
             hint = did_you_mean(name, names)
             raise InputError(f"noise {setting}: expected NAME=NUMBER, NAME one of {', '.join(names)}{hint}")
         try:
-            values[name] = float(text)
+            values[name] = int(text) if name == "seed" else float(text)
         except ValueError as error:
-            raise InputError(f"noise {setting}: expected a number, not {text!r}") from error
-    seed = values.pop("seed", 0)
-    if seed != int(seed):
-        raise InputError(f"noise seed={seed:g}: expected a whole number")
-    return PerceptionNoise(**values, seed=int(seed))
+            kind = "whole number" if name == "seed" else "number"
+            raise InputError(f"noise {setting}: expected a {kind}, not {text!r}") from error
+    return PerceptionNoise(**values)
 
 
 def perceive_with_noise(
@@ -179,7 +178,7 @@ class _NoisySceneGraphMaker:
             for name in words.stored_forms
             if name not in words.holding_predicate_names
         ]
-        for fact in visible_true_facts:
+        for fact in visible_true_facts if predicates and self._described_names else ():
             generator = self._make_seeded_random("more", str(fact))
             if generator.random() >= self._noise.unnecessary:
                 continue
