@@ -220,3 +220,15 @@ def test_a_pipeline_is_set_against_the_ability_alone(
         refused = eai(*wrong)
         assert refused.status == 2
         assert why in refused.err
+
+
+def test_an_option_of_all_studies_belongs_to_one_of_them(eai: Command, tmp_path: Path) -> None:
+    """The option may begin with the name of its study, as for a single study."""
+    runs, out = write_runs(tmp_path / "runs", [action_run("first")]), tmp_path / "all"
+    arguments = ("analyze", "all", runs, "--no-plots", "--out", out, "--with")
+    refused = eai(*arguments, "exampels=0")
+    assert refused.status == 2
+    assert "--with exampels=0: no study of all has this option; did you mean examples?" in refused.err
+    assert not out.exists()
+    assert eai(*arguments, "errors.examples=0").status == 0
+    assert read_table(out / "errors" / "examples.csv") == []

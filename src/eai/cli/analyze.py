@@ -142,17 +142,24 @@ def _write_analyses_of_studies(
     if study_or_all != ALL:
         yield from write_analyses_of_study(studies[0], records, settings, formats=formats, as_json=as_json)
         return
+    settings_of_studies = {study.name: _select_settings_of_study(study, settings) for study in studies}
+    for text in settings:
+        if not any(text in own for own in settings_of_studies.values()):
+            known = [option for study in studies for option in study.choices.model_fields]
+            hint = did_you_mean(text.partition("=")[0], known)
+            raise InputError(f"{options.SETTING} {text}: no study of {ALL} has this option{hint}")
     records.make_tidy_tables_of_comparable_runs()
     for study in studies:
-        own = [
-            text for text in settings if options.split_name_and_value(text)[0] in study.choices.model_fields
-        ]
+        own, place = settings_of_studies[study.name], records.change_to_subfolder(study.name)
         try:
-            yield from write_analyses_of_study(
-                study, records.change_to_subfolder(study.name), own, formats=formats, as_json=as_json
-            )
+            yield from write_analyses_of_study(study, place, own, formats=formats, as_json=as_json)
         except InputError as error:
             records.note(f"{study.name}: {error}")
+
+
+def _select_settings_of_study(study: Study, settings: Sequence[str]) -> list[str]:
+    names = [options.split_name_and_value(text)[0].removeprefix(f"{study.name}.") for text in settings]
+    return [text for text, name in zip(settings, names, strict=True) if name in study.choices.model_fields]
 
 
 def write_analyses_of_study(
