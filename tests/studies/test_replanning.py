@@ -89,6 +89,12 @@ def test_arms_with_feedback_are_compared_with_arms_without() -> None:
     assert make_replanning_tables(group_runs_by_replanning_options([TOLD]))[1].rows == ()
 
 
+def test_runs_of_a_group_are_in_the_order_of_their_seeds() -> None:
+    seeded = [run_of(replace(NONE, slip=0.1, slip_seed=seed), [[RIGHT]]) for seed in (10, 2, -1)]
+    (group,) = group_runs_by_replanning_options(seeded)
+    assert list(group.runs) == [-1, 2, 10]
+
+
 def test_outcomes_are_counted_by_the_first_failure() -> None:
     *_, mended = make_replanning_tables(group_runs_by_replanning_options([TOLD, UNTOLD]))
     counts = {

@@ -138,7 +138,7 @@ def group_runs_by_replanning_options(runs: Sequence[Sequence[Record]]) -> list[_
         and (options := ReplanningOptions.from_experiment(experiment)) is not None
     )
     groups = [
-        _ReplanningRunGroup(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+        _ReplanningRunGroup(experiment, dict(sorted(by_seed, key=lambda pair: pair[0] or 0)))
         for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
