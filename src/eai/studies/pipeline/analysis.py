@@ -251,8 +251,8 @@ class _RunsWithTrueAndInterpretedGoals:
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 
-        For each condition of the tasks: the share of tasks whose stated goals lack it, the number of these
-        tasks, and how many of them each run solves.
+        Conditions of the tasks by predicate: the share of them that the stated goals lack, the number of
+        tasks that lack one, and how many of these tasks each run solves.
         """
         names = {
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
