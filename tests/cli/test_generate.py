@@ -267,3 +267,11 @@ def test_any_number_of_workers_refuses_the_same_copies(
     assert read_files(tmp_path / "1") == read_files(tmp_path / "2")
     rejected = json.loads((tmp_path / "2" / "generated.json").read_text())["sets"]["tasks"]["rejected"]
     assert rejected[SeedRejectionReason.COPY.value]
+
+
+def test_a_set_is_not_written_twice_in_two_forms(eai: Command, tmp_path: Path) -> None:
+    """The tasks of the older file would count as tasks of another set, and be refused."""
+    (tmp_path / "train.jsonl").touch()
+    outcome = eai("generate", "--like", "behavior", "--split", "train", "--out", tmp_path, "--gzip")
+    assert outcome.status == 2
+    assert f"{tmp_path / 'train.jsonl'}: the set train is there already" in outcome.err

@@ -137,6 +137,13 @@ def generate_tasks(
     validator = find_val_program() if val else None
     if kind.has_temporal_goal and val:
         raise InputError(f"--val: VAL cannot check goals over time; leave out --kind {kind.value}")
+    plain, zipped = out / f"{split.value}.jsonl", out / f"{split.value}.jsonl.gz"
+    file, other_form = (zipped, plain) if compress else (plain, zipped)
+    if other_form.exists():
+        raise InputError(
+            f"{other_form}: the set {split.value} is there already; delete the file, or write it again "
+            f"{'without' if compress else 'with'} --gzip"
+        )
     benchmark = find_benchmark(like)
     with open_data_source(data) as source:
         tasks = benchmark.tasks(source)
@@ -155,7 +162,6 @@ def generate_tasks(
         split=split,
         held_out=held_out,
     )
-    file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
     others = sets.find_other_task_sets_of_benchmark(out, like, excluded_file=file)
     earlier = {
         name: path
