@@ -13,7 +13,7 @@ from eai.base.errors import InputError
 from eai.cli import app
 from record_files import write_records
 from results.verdicts import whole
-from studies.report.samples import action_run, goal_run, write_runs
+from studies.report.samples import action_run, goal_run, operator_run, subgoal_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
 
@@ -116,3 +116,12 @@ def test_a_run_with_only_excluded_tasks_is_reported_under_both_protocols(tmp_pat
     text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"\|.*Task success.*\|", text)
     assert row.count("–") == 2
+
+
+def test_compare_names_suites_of_one_side_in_their_order(tmp_path: Path) -> None:
+    one = write_runs(tmp_path / "one", [goal_run(), action_run(), subgoal_run(), operator_run()])
+    other = write_runs(tmp_path / "other", [action_run("second"), action_run("second", "eai-1.0.5")])
+    lines = RUNNER.invoke(app, ["compare", str(one), str(other)]).stderr.splitlines()
+    suites = [line.removeprefix("only one side has ") for line in lines if line.startswith("only one side")]
+    abilities = ("goal_interpretation", "subgoal_decomposition", "transition_modeling")
+    assert [text.partition(", ")[0].partition(" ")[2] for text in suites] == [*abilities, "action_sequencing"]

@@ -386,7 +386,7 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
         for name, runs in groups.items()
         if len({_find_prompt_name_of_run(run) for run in runs}) > 1
     }
-    for name in groups.keys() - several.keys() if several else ():
+    for name in [name for name in groups if several and name not in several]:
         records.note(f"left out, because all its runs have the same prompts: {name}")
     for suite, runs in (several or groups).items():
         named = [(_find_prompt_name_of_run(run), run) for run in runs]
