@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import socket
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 
 from command_line import Command
+from eai.cli.serve import _write_access_tickets
 
 
 def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
@@ -46,3 +48,12 @@ def test_what_cannot_be_served_is_told(eai: Command, tmp_path: Path, words: str,
     assert (done.status, done.out) == (2, "")
     assert done.err.strip() == told
     assert not out.exists()
+
+
+def test_tickets_are_hidden_even_in_a_file_that_all_could_read(tmp_path: Path) -> None:
+    file = tmp_path / "tickets.json"
+    file.write_text("[]", encoding="utf-8")
+    file.chmod(0o644)
+    assert _write_access_tickets(tmp_path, {"secret": ("27_2", 1)}) == file
+    assert file.stat().st_mode & 0o777 == 0o600
+    assert json.loads(file.read_text(encoding="utf-8"))[0]["ticket"] == "secret"
