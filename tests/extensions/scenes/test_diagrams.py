@@ -69,7 +69,15 @@ def test_tiles_say_all_and_nothing_else() -> None:
     assert [tile.name for tile in box.zones["in"]] == ["cup_1"]  # in the innermost; the other is a line
 
 
-@pytest.mark.parametrize("circle", [("in cup_1 box_1", "in box_1 cup_1"), ("on cup_1 cup_1",)])
+@pytest.mark.parametrize(
+    "circle",
+    [
+        ("in cup_1 box_1", "in box_1 cup_1"),
+        ("on cup_1 cup_1",),
+        ("holds robot cup_1", "on robot box_1", "in box_1 cup_1"),
+        ("holds robot robot",),
+    ],
+)
 def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
     graph = seen(*circle)
     tiles = make_object_rectangles(graph, WORDS, "robot")

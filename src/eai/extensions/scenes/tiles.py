@@ -71,11 +71,14 @@ def _map_objects_to_location_facts(
     depths = {
         name: _compute_nesting_depth(name, support_facts, frozenset()) for name in graph.mentioned_objects
     }
-    circles = SupportRelation(frozenset(names))
+    circles = SupportRelation(frozenset([*names, *hands]))
     placed: dict[str, SceneGraphFact] = {}
     for fact in graph.facts:
         if fact.predicate in hands and (len(fact.arguments) == 1 or fact.arguments[0] == agent):
-            placed.setdefault(fact.arguments[-1], fact)
+            carried = fact._replace(arguments=(fact.arguments[-1], agent or HANDS))
+            if not circles.would_close_cycle(carried):
+                placed.setdefault(fact.arguments[-1], fact)
+                circles.add_fact(carried)
     for name, facts in support_facts.items():
         for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
             if name not in placed and not circles.would_close_cycle(fact):
