@@ -84,6 +84,12 @@ def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
 
 
+def test_facts_about_no_object_or_three_objects_are_shown() -> None:
+    graph = seen("free", "between cup_1 box_1 table_1", "on cup_1 box_1")
+    tiles = make_object_rectangles(graph, WORDS, "robot")
+    assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
+
+
 @pytest.mark.parametrize("clutter", get_args(Clutter))
 @pytest.mark.parametrize(("name", "every"), [("behavior", 5), ("virtualhome", 17)])
 def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_store: DataPackStore) -> None:

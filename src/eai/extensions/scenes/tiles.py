@@ -20,6 +20,9 @@ from eai.studies.report.explorer import ObjectRectangle
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
 
+NO_OBJECT = "(no object)"
+"""Name of the drawn rectangle with the facts that name no object."""
+
 HANDS = "(hands)"
 """Name of the drawn rectangle around the objects in the hands, for scenes in which no object is the agent."""
 
@@ -50,8 +53,9 @@ def make_object_rectangles(
         tiles[holder].zones.setdefault(fact.predicate, []).append(tiles[name])
     shown = set(placed.values())
     for fact in graph.facts:
-        if fact not in shown and len(fact.arguments) == 1:
-            tiles[fact.arguments[0]].marks.append(fact.predicate)
+        if fact not in shown and len(fact.arguments) < 2:
+            name = fact.arguments[0] if fact.arguments else NO_OBJECT
+            tiles.setdefault(name, ObjectRectangle(name, "object")).marks.append(fact.predicate)
     for name, line in _pair_object_names_with_relation_lines(
         [fact for fact in graph.facts if fact not in shown]
     ):
@@ -107,11 +111,13 @@ def _pair_object_names_with_relation_lines(facts: Sequence[SceneGraphFact]) -> I
     """Yield pairs of an object's name and a text line for the object's rectangle in a diagram.
 
     A line has a predicate, an arrow and all objects to which the object has this relation. A mutual relation
-    is in the rectangle of only one of its objects.
+    is in the rectangle of only one of its objects. A fact about three or more objects has its own line.
     """
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
+        if len(fact.arguments) > 2:
+            yield fact.arguments[0], f"{fact.predicate}({', '.join(fact.arguments)})"
         if len(fact.arguments) != 2:
             continue
         first, second = fact.arguments
