@@ -12,11 +12,21 @@ from eai.abilities.protocol import Ability
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
-from eai.extensions.scenes.drawing import WIDTH, Drawing, _DrawnText, _Rectangle, text_width, to_png, to_svg
+from eai.extensions.scenes.drawing import (
+    WIDTH,
+    Drawing,
+    _DrawnText,
+    _Rectangle,
+    draw_object_rectangles,
+    text_width,
+    to_png,
+    to_svg,
+)
 from eai.extensions.scenes.tiles import make_object_rectangles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
+from eai.studies.report.explorer import ObjectRectangle
 from eai.tasks.source import Source
 from extensions.scenes.tile_facts import told_by
 from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
@@ -88,6 +98,16 @@ def test_facts_about_no_object_or_three_objects_are_shown() -> None:
     graph = seen("free", "between cup_1 box_1 table_1", "on cup_1 box_1")
     tiles = make_object_rectangles(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
+
+
+def test_a_picture_is_as_wide_as_a_high_pile_needs() -> None:
+    pile = ObjectRectangle("object_0", "object")
+    for number in range(1, 30):
+        pile = ObjectRectangle(f"object_{number}", "object", zones={"on": [pile]})
+    drawing = draw_object_rectangles([pile, ObjectRectangle("a" * 200, "object")])
+    page = _Rectangle(0, 0, drawing.width, drawing.height, "", "")
+    assert drawing.width > WIDTH
+    assert all(within(shape, page) for shape in drawing.shapes if isinstance(shape, _Rectangle))
 
 
 @pytest.mark.parametrize("clutter", get_args(Clutter))

@@ -153,7 +153,7 @@ def to_pillow_image(drawing: Drawing) -> Image:
 def draw_object_rectangles(tiles: Sequence[ObjectRectangle]) -> Drawing:
     """Draw objects as rectangles, with a legend below them.
 
-    The drawing is `WIDTH` pixels wide and as high as necessary.
+    The drawing is as high as necessary, and `WIDTH` pixels wide. High piles and long names make it wider.
     """
     inner = WIDTH - 2 * _GAP
     boxes = [_draw_object_rectangle(tile, inner) for tile in tiles]
@@ -162,7 +162,7 @@ def draw_object_rectangles(tiles: Sequence[ObjectRectangle]) -> Drawing:
         *_move_shapes(scene.shapes, _GAP, _GAP),
         *_move_shapes(legend.shapes, _GAP, scene.height + 2 * _GAP),
     ]
-    return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
+    return Drawing(max(WIDTH, scene.width + 2 * _GAP), scene.height + legend.height + 3 * _GAP, shapes)
 
 
 def _draw_object_rectangle(tile: ObjectRectangle, max_width: int) -> Drawing:
