@@ -150,6 +150,7 @@ def test_names_of_folders_are_unique(nights: Path, tmp_path: Path) -> None:
     other.write_text(nights.read_text() + json.dumps(second) + "\n")
     with pytest.raises(InputError, match="dark/1 and dark-1 have the same folder name"):
         exported(str(other), "action_sequencing", ["dark/1", "dark-1"], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.skipif(HARBOR is None, reason="Harbor is not installed: see `python -m bench harbor -h`")

@@ -96,6 +96,7 @@ def write_task_folders(
     exporter = _HarborFolderMaker(suite, contents, image, verifier_image, is_shared)
     gold = open_gold_answers(suite.benchmark, suite.ability, suite.source)
     chosen: dict[str, str] = {}
+    folders: dict[str, _Files] = {}
     left_out = Counter[str]()
     for task_id, prompt in prompts.items():
         solution = gold[task_id].text
@@ -109,14 +110,16 @@ def write_task_folders(
                 f"the tasks {chosen[slug]} and {task_id} have the same folder name, {slug}: rename one"
             )
         chosen[slug] = task_id
-        _write_files(out / slug, exporter.make_task_files(slug, task_id, prompt, solution))
+        folders[slug] = exporter.make_task_files(slug, task_id, prompt, solution)
     if not chosen:
         reasons = ", ".join([f"{count} {reason}" for reason, count in left_out.items()])
         raise InputError(
             f"{suite.domain} {suite.ability}: all tasks are left out ({reasons}); choose other tasks"
         )
     if not is_shared:
-        _write_files(out / IMAGE, exporter.make_image_files(chosen.values()))
+        folders[IMAGE] = exporter.make_image_files(chosen.values())
+    for name, files in folders.items():
+        _write_files(out / name, files)
     return len(chosen), left_out
 
 
