@@ -84,6 +84,16 @@ def test_tasks_of_files_are_in_the_image(
     assert [*find_benchmark("nights.jsonl").tasks(Source())] == ["dark/1"]
 
 
+def test_the_id_of_a_task_may_have_any_characters(nights: Path, tmp_path: Path) -> None:
+    other = tmp_path / "stars.jsonl"
+    other.write_text(json.dumps({"id": "dark \N{GLOWING STAR}", **LAMP}) + "\n")
+    (folder,) = exported(str(other), "acting", ["dark \N{GLOWING STAR}"], tmp_path / "out")
+    about = parse_toml((folder / "task.toml").read_text("utf-8"))
+    assert about["metadata"]["task_id"] == "dark \N{GLOWING STAR}"
+    compose = (folder / "environment/docker-compose.yaml").read_text("utf-8")
+    assert '"--tasks=dark \N{GLOWING STAR}"' in compose
+
+
 @pytest.mark.parametrize("reference", ["pddl:{0}/domain.pddl,{0}/all", "pddl:{0}"])
 def test_problems_in_pddl_are_in_the_image(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reference: str

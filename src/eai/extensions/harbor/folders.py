@@ -161,8 +161,8 @@ class _HarborFolderMaker:
         values = {
             **self._make_placeholder_values_for_all_folders(reference),
             "slug": slug,
-            "task_id": json.dumps(task_id),
-            "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
+            "task_id": _quote_text(task_id),
+            "task": _quote_text(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
             "solution": _convert_episode_commands_to_shell_commands(solution)
             if self.are_answers_episodes
@@ -194,9 +194,9 @@ class _HarborFolderMaker:
         image = _write_docker_image_setting(self.verifier_image)
         own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{image}'
         return {
-            "ability": json.dumps(self.suite.ability.value),
+            "ability": _quote_text(self.suite.ability.value),
             "agent_image": _write_docker_image_setting(self.image),
-            "benchmark": json.dumps(benchmark_reference),
+            "benchmark": _quote_text(benchmark_reference),
             "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
             "verifier_image": self.verifier_image or f"eai-worlds:{__version__}",
@@ -205,7 +205,12 @@ class _HarborFolderMaker:
 
 
 def _write_docker_image_setting(image: str | None) -> str:
-    return "" if image is None else f"\ndocker_image = {json.dumps(image)}"
+    return "" if image is None else f"\ndocker_image = {_quote_text(image)}"
+
+
+def _quote_text(text: str) -> str:
+    """Return a text in quotes for TOML, which lacks JSON's escapes of characters above U+FFFF."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
@@ -220,7 +225,7 @@ def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
         raise InputError(f"the task {task_id!r}: expected an id without a comma, for eai serve mcp --tasks")
     settings = ("--out=/journal", "--host=0.0.0.0", "--port=8000", "--allow-host=world", "--trust-network")
     command = ["eai", "serve", "mcp", f"--domain={benchmark_reference}", f"--tasks={task_id}", *settings]
-    return json.dumps(command).replace("$", "$$")
+    return json.dumps(command, ensure_ascii=False).replace("$", "$$")
 
 
 def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
