@@ -84,6 +84,17 @@ def test_tasks_of_files_are_in_the_image(
     assert [*find_benchmark("nights.jsonl").tasks(Source())] == ["dark/1"]
 
 
+def test_tasks_of_a_file_with_other_words_are_in_the_image(
+    nights: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder,) = exported(f"obfuscated:{nights}", "action_sequencing", ["dark/1"], tmp_path / "out")
+    about = parse_toml((folder / "task.toml").read_text())
+    task = TaskReference.parse(about["verifier"]["env"]["EAI_TASK"])
+    assert task == ("obfuscated:nights.jsonl", "action_sequencing", "dark/1")
+    monkeypatch.chdir(tmp_path / "out" / IMAGE)
+    assert [*find_benchmark(task.benchmark).tasks(Source())] == ["dark/1"]
+
+
 def test_the_id_of_a_task_may_have_any_characters(nights: Path, tmp_path: Path) -> None:
     other = tmp_path / "stars.jsonl"
     other.write_text(json.dumps({"id": "dark \N{GLOWING STAR}", **LAMP}) + "\n")
@@ -94,7 +105,16 @@ def test_the_id_of_a_task_may_have_any_characters(nights: Path, tmp_path: Path) 
     assert '"--tasks=dark \N{GLOWING STAR}"' in compose
 
 
-@pytest.mark.parametrize("reference", ["pddl:{0}/domain.pddl,{0}/all", "pddl:{0}"])
+@pytest.mark.parametrize(
+    "reference",
+    [
+        "pddl:{0}/domain.pddl,{0}/all",
+        "pddl:{0}/domain.pddl, {0}/all",
+        "pddl:{0}/domain.pddl,{0}/one/domain.pddl",
+        "pddl:{0}",
+        "rules:pddl:{0}",
+    ],
+)
 def test_problems_in_pddl_are_in_the_image(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reference: str
 ) -> None:
@@ -102,11 +122,26 @@ def test_problems_in_pddl_are_in_the_image(
     (world / "all").mkdir(parents=True)
     (world / "domain.pddl").write_text(DOMAIN)
     (world / "all/p.pddl").write_text(PROBLEM)
+    if "one" in reference:
+        (world / "one").mkdir()
+        (world / "one/domain.pddl").write_text(PROBLEM)
     (folder,) = exported(reference.format(world), "action_sequencing", ["p"], tmp_path / "out")
     monkeypatch.chdir(tmp_path / "out" / IMAGE)
     about = parse_toml((folder / "task.toml").read_text())
     task = TaskReference.parse(about["verifier"]["env"]["EAI_TASK"])
+    assert str(world) not in task.benchmark
     assert [*find_benchmark(task.benchmark).tasks(Source())] == ["p"]
+
+
+def test_tasks_whose_world_is_in_other_files_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "domain.pddl").write_text(DOMAIN)
+    (tmp_path / "p.pddl").write_text(PROBLEM)
+    base = f"pddl:{tmp_path}/domain.pddl,{tmp_path}/p.pddl"
+    task = {"id": "t", "base": base, "instruction": "Switch.", "objects": {"s": "object"}, "facts": {}}
+    other = tmp_path / "other.jsonl"
+    other.write_text(json.dumps({**task, "goals": ["on(s)"], "plan": [["flip", "s"]]}) + "\n")
+    with pytest.raises(InputError, match="in other files, which cannot be copied"):
+        exported(str(other), "action_sequencing", ["t"], tmp_path / "out")
 
 
 def test_a_wheel_is_in_the_image(nights: Path, tmp_path: Path) -> None:

@@ -15,11 +15,12 @@ from typing import TypeAlias
 from eai import __version__
 from eai.abilities.declaration import get_declaration
 from eai.agents.command import DONE
+from eai.base.entry_points import get_entry_points
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content, write_files_atomically
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
-from eai.benchmarks.registry import PDDL, list_benchmarks
+from eai.benchmarks.registry import OPENERS, PDDL, list_benchmarks
 from eai.benchmarks.suite import Suite
 from eai.extensions.harbor.verify import is_right_answer
 from eai.tasks.prompts.prompt import Prompt
@@ -34,6 +35,9 @@ IMAGE = "image"
 _PACKAGE = "eai-bench"
 
 _EXECUTABLE = frozenset({"act", "solve.sh", "test.sh"})
+
+_PREFIXES_OF_OTHER_WORDS = ("obfuscated", "rules")
+"""Prefixes of references that are followed by the reference to the benchmark with its usual words."""
 
 _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 """Regular expression for characters that the name of a task folder may not contain."""
@@ -209,8 +213,7 @@ def _write_docker_image_setting(image: str | None) -> str:
 
 
 def _quote_text(text: str) -> str:
-    """Return a text in quotes for TOML, which lacks JSON's escapes of characters above U+FFFF."""
-    return json.dumps(text, ensure_ascii=False)
+    return json.dumps(text, ensure_ascii=False)  # TOML has no pairs of escapes for one character
 
 
 def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
@@ -233,6 +236,9 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
 
     A copy of a task file has only the given tasks. PDDL files are copied whole. A registered benchmark keeps
     its name and needs no files.
+
+    Raises:
+        InputError: The files cannot be read or copied.
     """
     kind, _, location = reference.partition(":")
     if kind == PDDL:
@@ -243,10 +249,21 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
                 file.relative_to(folder.parent).as_posix(): read_content(file) for file in files
             }
             return f"{PDDL}:{folder.name}", contents
-        domain, problems = map(Path, location.split(",", 1))
+        domain, problems = [Path(part.strip()) for part in location.split(",", 1)]
         files = [problems] if problems.is_file() else find_files_below(problems, "*.pddl")
-        beside = {file.relative_to(problems.parent).as_posix(): read_content(file) for file in files}
-        return f"{PDDL}:{domain.name},{problems.name}", {domain.name: read_content(domain), **beside}
+        beside = {
+            f"problems/{file.relative_to(problems.parent).as_posix()}": read_content(file) for file in files
+        }
+        reference = f"{PDDL}:{domain.name},problems/{problems.name}"
+        return reference, {domain.name: read_content(domain), **beside}
+    if kind in _PREFIXES_OF_OTHER_WORDS:
+        reference, contents = _bundle_benchmark(location, task_ids)
+        return f"{kind}:{reference}", contents
+    if kind != reference and kind in get_entry_points(OPENERS):
+        raise InputError(
+            f"{reference}: these files cannot be copied into the image; "
+            "choose a benchmark's name, task files or files of PDDL"
+        )
     path = Path(reference)
     if reference in list_benchmarks() or not path.exists():
         return reference, {}
@@ -254,6 +271,9 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
     lines = [
         line.content for line in read_task_file_lines(path) if json.loads(line.content)["id"] in task_ids
     ]
+    base = json.loads(lines[0]).get("base") if lines else None
+    if base and _bundle_benchmark(base, ())[1]:
+        raise InputError(f"{path}: its base {base} is in other files, which cannot be copied into the image")
     return name, {name: b"\n".join(lines) + b"\n"}
 
 
