@@ -161,6 +161,7 @@ def test_the_reason_of_a_failure_proves_a_kind_or_none(tmp_path: Path, actions: 
     ("reasoning", "kind"),
     [
         ("I would pick the mug", FaultKind.PARSING),
+        ("[" * 100_000, FaultKind.PARSING),
         ('{"executable_plan": [{"action_id": 900}]}', FaultKind.HALLUCINATION),
         ('{"executable_plan": [{"action": "mug"}]}', None),
         ('{"executable_plan": [{"action_id": 9}, {"action": "mug"}]}', None),

@@ -203,7 +203,7 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
     """
     try:
         value = json.loads(reply or "null")
-    except ValueError:  # a reply in <answer> tags need not be JSON
+    except (ValueError, RecursionError):  # a reply in <answer> tags need not be JSON
         return None if "<answer>" in (reply or "") else FaultKind.PARSING
     plan = value.get("executable_plan") if isinstance(value, dict) else None
     actions = plan if isinstance(plan, list) else []
