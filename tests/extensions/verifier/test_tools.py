@@ -213,3 +213,14 @@ def test_the_command_serves_over_standard_input() -> None:
 def test_options_that_do_not_fit_are_refused(eai: Command, words: str, message: str) -> None:
     done = eai("serve", "mcp", *words.split())
     assert (done.status, done.out, done.err.strip()) == (2, "", f"eai: {message}")
+
+
+def test_half_a_reply_of_a_process_that_died_is_no_reply(monkeypatch: pytest.MonkeyPatch) -> None:
+    dying = (sys.executable, "-c", """input(); print('{"result"', end="", flush=True)""")
+    monkeypatch.setattr("eai.extensions.verifier.tools._COMMAND", dying)
+
+    async def test(opened: list[Client]) -> None:
+        for _ in range(2):
+            assert "or crashed" in await call(opened[0], "plan", **BLOCKS)
+
+    run(test)

@@ -129,7 +129,8 @@ async def _exchange(process: Process, request: bytes) -> bytes:
     with suppress(BrokenPipeError, ConnectionResetError):
         process.stdin.write(request)
         await process.stdin.drain()
-    return await process.stdout.readline()
+    reply = await process.stdout.readline()
+    return reply if reply.endswith(b"\n") else b""  # a process that dies can leave half a line
 
 
 async def _kill(process: Process) -> None:
