@@ -268,3 +268,18 @@ def test_a_folder_without_games_or_of_two_domains_is_refused(tmp_path: Path) -> 
         InputError, match=r"trial_2/game.tw-pddl: this game and .*trial_1.* have different domains"
     ):
         opened(tmp_path)
+
+
+def test_two_games_with_one_id_are_refused(tmp_path: Path) -> None:
+    for folder in ("a.b/c", "a/b.c"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "game.tw-pddl").write_text(json.dumps(GAME))
+    with pytest.raises(InputError, match=r"the games .* and .* have the same id, a\.b\.c"):
+        opened(tmp_path)
+
+
+def test_games_with_other_commands_are_refused(tmp_path: Path) -> None:
+    write(tmp_path)
+    write(tmp_path, "trial_2", grammar=GRAMMAR.replace("move {o} to {r}", "put {o} in/on {r}"))
+    with pytest.raises(InputError, match="have different commands"):
+        opened(tmp_path)

@@ -80,7 +80,8 @@ def open_alfworld_games(reference: str) -> Benchmark:
     The id of a task is the path of its game in the folder, with dots instead of slashes.
 
     Raises:
-        InputError: The folder has no game, a game cannot be read, or two games have different domains.
+        InputError: The folder has no game, a game cannot be read, or two games have different domains or
+            commands, or the same id.
     """
     folder = Path(reference)
     games = {path: _read_game_file(path) for path in sorted(folder.rglob(FILE))}
@@ -88,16 +89,23 @@ def open_alfworld_games(reference: str) -> Benchmark:
     if not games:
         raise InputError(f"{folder}: expected a folder with games, each in a file {FILE}")
     first = next(iter(games))
+    templates = _TEMPLATE.findall(games[first]["grammar"])
     for path, game in games.items():
-        if game["pddl_domain"] != games[first]["pddl_domain"]:
+        has_other_domain = game["pddl_domain"] != games[first]["pddl_domain"]
+        if has_other_domain or _TEMPLATE.findall(game["grammar"]) != templates:
+            difference = "domains" if has_other_domain else "commands"
             raise InputError(
-                f"{path}: this game and {first} have different domains; give each its own folder"
+                f"{path}: this game and {first} have different {difference}; give each its own folder"
             )
     source, commands = _make_domain_with_action_for_each_command(
         _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )
     declaration = ConvertedPddlDomain(source)
-    ids = {".".join(path.parent.relative_to(folder).parts) or folder.name: path for path in games}
+    ids: dict[str, Path] = {}
+    for path in games:
+        task_id = ".".join(path.parent.relative_to(folder).parts) or folder.name
+        if ids.setdefault(task_id, path) != path:
+            raise InputError(f"the games {ids[task_id]} and {path} have the same id, {task_id}: rename one")
     digest = hashlib.sha256("\0".join([json.dumps(games[path]) for path in games]).encode()).hexdigest()
 
     def build_task(task_id: str) -> Task:
