@@ -94,6 +94,13 @@ def test_an_episode_that_is_in_two_logs_is_refused(tmp_path: Path) -> None:
         read_logs([first, second])
 
 
+def test_a_log_without_agents_that_is_given_twice_is_refused(tmp_path: Path) -> None:
+    text = "You are in the middle of a room.\nYour task is to: look.\nAct 1: go\nObs 1: done\n"
+    (tmp_path / "react.txt").write_text(text)
+    with pytest.raises(InputError, match=r"react\.txt: this log is given twice"):
+        read_logs([tmp_path, tmp_path / "react.txt"])
+
+
 def test_a_folder_of_logs_is_read_as_one_run(eai: Command, tmp_path: Path) -> None:
     folder = tmp_path / "logs"
     (folder / "more").mkdir(parents=True)

@@ -124,12 +124,16 @@ def read_logs(
     Arguments are those of `read_log`.
 
     Raises:
-        InputError: a log cannot be read, a folder is empty, or two logs have the same episode of the same
-            agent.
+        InputError: a log cannot be read or is given twice, a folder is empty, or two logs have the same
+            episode of the same agent.
     """
     logs: dict[Path, tuple[LoggedEpisode, ...]] = {}
+    files: set[Path] = set()
     seen: set[tuple[str, ...]] = set()
     for place, path in [(given, path) for given in paths for path in list_log_files(given)]:
+        if path.resolve() in files:
+            raise InputError(f"{path}: this log is given twice; give each log once")
+        files.add(path.resolve())
         episodes = read_log(path, benchmark, source)
         logs[place] = logs.get(place, ()) + episodes
         for episode in episodes:
