@@ -19,6 +19,7 @@ import pytest
 import uvicorn
 from fastapi.testclient import TestClient
 from openenv import GenericEnvClient
+from typer.testing import CliRunner
 
 import eai
 from agents.switches import CASES_BY_SHAPING, reference
@@ -27,6 +28,7 @@ from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.results.reward import METRICS, Shaping
 from eai_openenv import Household, HouseholdAction, Limits, Tasks, TimeLimitedProtocol, create_app, scorers
+from eai_openenv.__main__ import app
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -328,6 +330,13 @@ def test_no_split_and_no_task_are_refused() -> None:
         Tasks({})
     with pytest.raises(InputError, match="is not a benchmark"):
         Tasks({"train": "nowhere"})
+
+
+def test_a_split_that_is_given_twice_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uvicorn, "run", lambda *_, **__: None)
+    outcome = CliRunner().invoke(app, ["--domain", f"test={LAMPS}", "--domain", "test=virtualhome"])
+    assert (outcome.exit_code, outcome.exception is None) == (2, False)
+    assert "the split test is given twice" in outcome.stderr
 
 
 def test_training_and_testing_with_the_same_goals_is_refused() -> None:

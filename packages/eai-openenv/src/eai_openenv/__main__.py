@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 import typer
 import uvicorn
 
 from eai.agents.rules import TRAINING, Feedback, GameRules, Observe
-from eai.base.errors import EaiError
+from eai.base.errors import EaiError, InputError
 from eai.results.reward import Shaping
 from eai_openenv.connections import TimeLimitedProtocol
 from eai_openenv.limits import Limits
@@ -53,7 +54,7 @@ def serve(
     limits = Limits(sessions=sessions, idle_seconds=idle, answers=answers)
     try:
         rules = GameRules(max_steps=turns, observe=observe, feedback=feedback, reward=shaping)
-        application = create_app(Tasks(dict(map(_parse_split, domain))), rules, limits)
+        application = create_app(Tasks(_parse_splits(domain)), rules, limits)
     except EaiError as error:
         typer.echo(f"eai-openenv: {error}", err=True)
         raise typer.Exit(2) from error
@@ -68,10 +69,19 @@ def serve(
     )
 
 
-def _parse_split(text: str) -> tuple[str, str]:
-    """Parse `SPLIT=BENCHMARK` into a split and its benchmark."""
-    split, separator, benchmark = text.partition("=")
-    return (split, benchmark) if separator else (text, text)
+def _parse_splits(texts: Iterable[str]) -> dict[str, str]:
+    """Parse texts `SPLIT=BENCHMARK` into a mapping from split to benchmark.
+
+    Raises:
+        InputError: A split is given twice.
+    """
+    splits: dict[str, str] = {}
+    for text in texts:
+        split, _, benchmark = text.partition("=")
+        if split in splits:
+            raise InputError(f"--domain: the split {split} is given twice; give another name to one")
+        splits[split] = benchmark or text
+    return splits
 
 
 if __name__ == "__main__":
