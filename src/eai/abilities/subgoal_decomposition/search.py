@@ -86,14 +86,15 @@ def _evaluate_action_leaf(
 ) -> f.Formula:
     """Return an atomic formula, simplified for states in which the agent takes a given action.
 
-    A formula that demands this action becomes a test of the action's objects. A formula that demands another
-    action, or another number of objects, becomes false. All other formulas stay.
+    A formula that demands this action becomes a test of the action's objects; without objects, it demands the
+    action on any objects. A formula that demands another action, or another number of objects, becomes false.
+    All other formulas stay.
     """
     if not isinstance(leaf, f.Occurs):
         return leaf
-    if leaf.action != taken_action or len(leaf.arguments) != len(taken_arguments):
+    if leaf.action != taken_action or len(leaf.arguments) not in (0, len(taken_arguments)):
         return f.FALSE
-    pairs = zip(leaf.arguments, taken_arguments, strict=True)
+    pairs = zip(leaf.arguments, taken_arguments, strict=False)
     return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
 
 
