@@ -106,7 +106,7 @@ CASES = [
     ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected the last 1 of"),
     (
         {**LINE, "goals": ["lit(lamp_1)", *["eventually is_open(box)"] * 3], "hazards": ["a", "b"]},
-        "goals.2: repeats goals.1, so `hazards` would not fit the last goals",
+        "goals.2: repeats goals.1, but `hazards` names one hazard for each of the last goals",
     ),
     ({**LINE, "untold": True}, "`untold` is true, so `hazards` must list"),
     ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),

@@ -102,9 +102,10 @@ _SEPARATORS_OR_CONNECTIVES = re.compile(
     r"|(?i:\b(?:and|or|then|next|also|finally|after(?:wards| that)|alternatively)\b)"
     r"|(?i:\b(?:part|phase|stage|step|option) ?\w\b))*"
 )
-"""Pattern of a text that does not say whether the value before it or the value after it is the answer.
+"""Pattern of a text between two values that does not show which of them is the answer.
 
-A run of backticks matches as a whole, so the time stays linear.
+It has only signs, numbers, connectives and labels such as ``step 2``. A run of backticks matches as a whole,
+so matching takes linear time.
 """
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -190,7 +191,8 @@ class AnswerFormat(Generic[T]):
         repairs_of: returns the names of the repairs that were needed to read the value of a meaning.
         is_certain: whether a meaning names something of the task. If some meaning does, all other meanings
             count as examples.
-        is_single: whether two different values without words between them make the answer unreadable.
+        is_single: whether an answer with two different values is unreadable if only signs, numbers,
+            connectives (`and then`) or labels (`step 2`) stand between them.
         are_halves: whether two meanings are different parts of one answer, so that neither is complete.
         wrappers: keys of an object around the value, if the question asks for such an object. Removing this
             object does not count as a repair.

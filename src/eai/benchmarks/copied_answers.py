@@ -105,7 +105,8 @@ def _make_formula_action_occurs_on_any_objects(action: str, arity: int) -> f.For
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
     """Return a formula without quantifiers about the objects of a scene.
 
-    It implies the given formula, except that a number of objects or pairs becomes the first of them.
+    Each quantifier becomes a conjunction or disjunction over objects. Numbers of objects or pairs become the
+    first of them, so that the result may differ from the formula.
     """
 
     def list_objects_of_category(variable: f.Variable) -> list[f.Constant]:

@@ -91,8 +91,8 @@ def find_benchmark(reference: str) -> Benchmark:
     ``obfuscated:`` before a reference means the benchmark with other words. ``rules:`` means the prompts of
     the obfuscated benchmark with the original words.
 
-    A benchmark is loaded once, and again after its PDDL files, its task files or files of its base have
-    changed.
+    A benchmark is loaded once, and again after its PDDL files, its task files or files of the benchmark on
+    which they build (their base) have changed.
 
     Raises:
         InputError: there is no such benchmark, or it cannot be loaded.
@@ -101,7 +101,7 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_paths_times_and_sizes(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, time of change and size of each file that a reference to a benchmark, or its base, names.
+    """Yield path, time of change and size of each file of a benchmark, and of the base of its task files.
 
     If a later call yields other values, a file has changed, and the benchmark must be loaded again.
     """
@@ -119,7 +119,10 @@ def _list_paths_times_and_sizes(reference: str) -> Iterator[tuple[str, int, int]
 
 @lru_cache(_MAX_CACHED_VERSIONS)
 def _read_base_of_task_files(path: Path, file_times_and_sizes: tuple[tuple[str, int, int], ...]) -> str:
-    """Return the reference to the base of task files, or "" if their first line cannot be read as a task."""
+    """Return the reference to the base of task files, or "" if their first line cannot be read as a task.
+
+    A changed file has other times and sizes, so that it is read again.
+    """
     from eai.tasks.task_files import read_task_file_lines
     from eai.tasks.task_lines import read_task_line
 

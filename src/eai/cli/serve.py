@@ -135,6 +135,6 @@ def _write_access_tickets(out: Path, answer_by_ticket: Mapping[str, TaskIdAndEpo
     ]
     path = out / "tickets.json"
     path.touch(0o600)
-    path.chmod(0o600)  # the file may be older
+    path.chmod(0o600)  # `touch` keeps the mode of an older file
     path.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
     return path

@@ -570,7 +570,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_satisfying_segment(part, evaluator, start)
         if last is None:
-            if is_true:  # the formula holds only if an earlier part ends after its first possible end
+            if is_true:  # the formula holds, but only if an earlier part ends later than here
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = (
                 _find_smallest_false_parts(part, evaluator, start) if start <= evaluator.last_position else ()

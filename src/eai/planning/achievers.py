@@ -314,7 +314,7 @@ class AchieversByPredicate:
         schemas: mapping from the name of each operator to its effects, in the order in which they are
             written.
         by_effect: mapping from a predicate, and whether atoms become true or false, to the effects.
-        incomplete: names of the predicates that effects without a schema may change.
+        predicates_with_incomplete_schemas: names of the predicates that effects without a schema may change.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -327,7 +327,9 @@ class AchieversByPredicate:
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self.incomplete = {p for o in domain.operators for p in find_predicates_with_incomplete_schemas(o)}
+        self.predicates_with_incomplete_schemas = {
+            p for o in domain.operators for p in find_predicates_with_incomplete_schemas(o)
+        }
         self._taking = {o.name: Achiever(make_schema_without_effect(o), vocabulary) for o in domain.operators}
         self._matches: _AtomAchieverFinder | None = None
         for operator in domain.operators:
@@ -734,9 +736,9 @@ class _AtomAchieverFinder:
         return matches
 
     def list_actions_towards_atom(self, atom: GroundAtom) -> list[_GroundAction] | None:
-        """Return all ground actions that may make an atom true, or false, in any state; None if unknown."""
+        """Return the ground actions that may give an atom its wanted truth in some state; None if unknown."""
         groups = [match.list_cached_actions(self._state.scene) for match in self.find_achievers_of_atom(atom)]
-        is_unknown = atom.predicate in self._achievers.incomplete or None in groups
+        is_unknown = atom.predicate in self._achievers.predicates_with_incomplete_schemas or None in groups
         return None if is_unknown else [action for group in groups if group for action in group]
 
     def make_reachable_action_finder(self, start: State) -> _ReachableActionFinder:
@@ -802,24 +804,24 @@ class _ReachableActionFinder:
     def __init__(self, achievers: _AtomAchieverFinder, start: State) -> None:
         self._achievers = achievers
         self._start = start
-        self._found: dict[_PartlyBoundAchiever, Sequence[_GroundAction] | None] = {}
+        self._actions_by_achiever: dict[_PartlyBoundAchiever, Sequence[_GroundAction] | None] = {}
         self._is_reachable: dict[GroundAtom, bool] = {}
 
     def find_reachable_actions(self, achiever: _PartlyBoundAchiever) -> Sequence[_GroundAction] | None:
         """Return the reachable actions of an achiever, or None if its actions depend on the state."""
-        if achiever not in self._found:
+        if achiever not in self._actions_by_achiever:
             actions = achiever.list_cached_actions(self._start.scene)
             if actions is not None:
-                self._explore([atom for action in actions for atom in action.atoms])
+                self._decide_reachability([atom for action in actions for atom in action.atoms])
                 actions = [action for action in actions if self._may_become_possible(action)]
-            self._found[achiever] = actions
-        return self._found[achiever]
+            self._actions_by_achiever[achiever] = actions
+        return self._actions_by_achiever[achiever]
 
     def _may_become_possible(self, action: _GroundAction) -> bool:
         return all(map(self._is_reachable.__getitem__, action.atoms))
 
-    def _explore(self, atoms: list[GroundAtom]) -> None:
-        """Find out whether atoms, and all atoms that they depend on, are reachable."""
+    def _decide_reachability(self, atoms: list[GroundAtom]) -> None:
+        """Decide which atoms, and which atoms that they depend on, are reachable. Empties the list."""
         actions_towards: dict[GroundAtom, list[_GroundAction]] = {}
         while atoms:
             atom = atoms.pop()

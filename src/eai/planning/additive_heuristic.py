@@ -45,7 +45,7 @@ def choose_cheapest_subgoals_for_exact_count(
 
     def make_extra_cost_over_negation_sort_key(condition_index: int) -> tuple[bool, float]:
         own_cost = cost(conditions[condition_index])
-        return own_cost == float("inf"), own_cost - cost(opposites[condition_index])
+        return own_cost == INFINITE, own_cost - cost(opposites[condition_index])
 
     order = sorted(range(len(conditions)), key=make_extra_cost_over_negation_sort_key)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
@@ -59,7 +59,7 @@ def choose_cells_in_distinct_rows_and_columns(
     No chosen cell has an infinite cost. The result is None if there is no such choice.
     """
     weights = [
-        [None if cell is None or (price := cost(cell)) == float("inf") else -price for cell in row]
+        [None if cell is None or (price := cost(cell)) == INFINITE else -price for cell in row]
         for row in cells
     ]
     pairs = find_heaviest_matching(weights, number)
@@ -251,8 +251,7 @@ class CostEstimates:
         bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
             are invalid.
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
-            the conditions of an action read has changed. Actions that are unreachable from the first state of
-            the search are left out.
+            the conditions of an action read has changed.
         forbid_undoing_protected: whether actions that make a condition in ``protected_subgoals`` false are
             left out.
         excluded: further actions that are left out.
@@ -493,7 +492,9 @@ class CostEstimates:
         """Store the cost of a condition; an infinite cost means that no cost below ``cost_limit`` was found.
 
         Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
-        The failure proves only that no cost is below the cost of that condition, or its cost limit, plus one.
+        It then proves only that no cost is below the cost of this other condition plus one. If no cost of the
+        other condition is found, its cost limit counts as its cost.
+
         ``values_saved_at_begin`` is the result of `_begin_cost_computation_and_save_values`.
         """
         depth = self._open.pop(key)

@@ -300,7 +300,7 @@ def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIn
     A single task can add more than 1 to the rate, for instance by several errors. Then the interval is
     computed for the rate divided by the largest contribution of a task, and multiplied by it again.
     """
-    largest = _find_largest_contribution(contributions)
+    largest = _find_max_task_rate(contributions)
     if largest == 1:
         return _compute_confidence_intervals_of_rate(contributions)
     scaled = [
@@ -319,8 +319,8 @@ def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIn
     )
 
 
-def _find_largest_contribution(contributions: TaskRateContributions) -> float:
-    """Return the largest rate of a single task, at least 1."""
+def _find_max_task_rate(contributions: TaskRateContributions) -> float:
+    """Return the largest rate of a single task, or 1 if that is larger."""
     return max(
         [1, *(share.numerator / share.denominator for _, _, share in contributions if share.denominator)]
     )
@@ -374,10 +374,10 @@ def compute_difference_intervals(
 ) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
-    They are in percentage points, symmetric around the second rate minus the first, unless a bound would be
-    an impossible difference. The result is None if a denominator is zero.
+    The intervals are in percentage points, around the second rate minus the first. Bounds are cut to possible
+    differences. The result is None if a denominator is zero.
     """
-    largest = max(_find_largest_contribution(first), _find_largest_contribution(second))
+    largest = max(_find_max_task_rate(first), _find_max_task_rate(second))
     inputs = []
     for sum_shares in (sum_shares_by_task, sum_shares_by_task_name):
         one = compute_rate_with_residuals_of_sampling_units(sum_shares(first))
@@ -508,6 +508,8 @@ def _compute_wilson_interval(inputs: _IntervalInputs) -> Interval:
     )
 
 
-def _compute_difference_interval(largest: float, inputs: _IntervalInputs) -> Interval:
+def _compute_difference_interval(max_difference: float, inputs: _IntervalInputs) -> Interval:
     half = inputs.quantile * math.sqrt(inputs.variance)
-    return Interval(100 * max(-largest, inputs.value - half), 100 * min(largest, inputs.value + half))
+    return Interval(
+        100 * max(-max_difference, inputs.value - half), 100 * min(max_difference, inputs.value + half)
+    )

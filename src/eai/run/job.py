@@ -233,7 +233,7 @@ class QuestionJob:
         return make_answer_schema(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
-        """Return the digest of everything on which the answer to a prompt depends. Keys are left out.
+        """Return the digest of everything on which the answer to a prompt depends. API keys are left out.
 
         A question that is repeated in a later attempt has another digest. Otherwise a resumed run would take
         the first answer for all attempts.

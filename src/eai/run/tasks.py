@@ -630,5 +630,5 @@ def _require_finished_log(job: QuestionJob, log: EvalLog | None) -> Path:
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
     raise EaiError(
         f"the run of {job.endpoint.model} on {job.suite.domain} {job.suite.ability.value} failed: {message}; "
-        "what is answered is kept; the same command resumes from here"
+        "finished answers are kept; the same command resumes from here"
     )

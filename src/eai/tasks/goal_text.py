@@ -52,7 +52,10 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
 
 
 def _check_goal_actions(formula: f.Formula, domain: Domain | None) -> None:
-    """Raise InputError if a goal cannot contain its actions, or if they are not actions of the domain."""
+    """Raise InputError if a goal about one state joins actions with conditions, or if an action is unknown.
+
+    An action with a wrong number of objects is refused, too.
+    """
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     is_about_one_state = is_state_formula(formula)
     if is_about_one_state and actions and not _is_disjunction_of_action_names(formula):

@@ -191,7 +191,9 @@ def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterable[f.For
         with prefix_errors_with_location(f"goals.{number}"):
             first = numbers.setdefault(read_goal(text, domain, scene), number)
             if line.hazards and first < number:
-                raise InputError(f"repeats goals.{first}, so `hazards` would not fit the last goals")
+                raise InputError(
+                    f"repeats goals.{first}, but `hazards` names one hazard for each of the last goals"
+                )
     return numbers
 
 

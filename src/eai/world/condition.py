@@ -400,7 +400,10 @@ _CompiledFunction = TypeVar("_CompiledFunction", ConditionTest, ObjectFilter)
 
 @dataclass(frozen=True, slots=True)
 class _CompiledFormula(Generic[_CompiledFunction]):
-    """A formula, which is kept so that its id stays unique, with its function and the function's frame.
+    """A compiled formula: its test or filter, and the slots of its variables.
+
+    The cache finds a formula by its id. Python gives the id of a deleted object to a new object, so the
+    formula is kept.
 
     The slots after that of the agent hold the values of `variables`: the free variables in alphabetical
     order, without the open variable of a filter.

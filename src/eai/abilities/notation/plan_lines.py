@@ -56,8 +56,8 @@ _OMISSIONS = ("..", "...", "....", "[...]", "(...)", "<...>", "…", "etc", "etc
 
 _EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
 _SMILEY = re.compile(r"[:;]-?[()]")
-_MAX_DIGITS = 9
-"""List numbers with at least this many digits are ignored."""
+_MAX_LIST_NUMBER_DIGITS = 8
+"""Maximum number of digits of a list number; longer numbers are ignored."""
 
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
@@ -120,7 +120,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
         return None
     names = {name.casefold() for name in actions}
     plan = read_plan_lines(
-        text, lambda line: _read_action_line(line, names), actions, _has_form_of_call, _NO_COMMENT
+        text, lambda line: _read_action_line(line, names), actions, _is_call_or_bracketed_objects, _NO_COMMENT
     )
     if not isinstance(plan, WrittenPlan):
         return plan
@@ -166,7 +166,7 @@ def _has_unpaired_bracket(text: str) -> bool:
     return any(text.count(opening) != text.count(closing) for opening, closing in ("()", "[]", "<>"))
 
 
-def _has_form_of_call(line: str) -> bool:
+def _is_call_or_bracketed_objects(line: str) -> bool:
     return _CALL_OR_OBJECTS.fullmatch(line.strip(CHARACTERS_AROUND_STEP)) is not None
 
 
@@ -180,9 +180,11 @@ def read_plan_lines(
     """Return a plan with one step a line, or None if the text has no step.
 
     A text that consists of comments is a plan without steps. If several code fences have steps, the last
-    fence with steps has the plan. The answer is unreadable in three cases. First, the plan is a single step,
-    and an earlier fence has a different step. Second, the previous fence with steps has a different plan, and
-    no words stand between the two fences. Third, the list numbers have a gap or stand without steps.
+    fence with steps has the plan. Among the answers that are unreadable are those in which
+
+    * the plan is a single step, and an earlier fence has a different step;
+    * the previous fence with steps has a different plan, and no words stand between the two fences;
+    * the list numbers have a gap, or a list number stands without its step.
 
     Args:
         text: the answer.
@@ -222,7 +224,7 @@ def read_plan_lines(
     ]:
         reason = "the code fence before has another plan, and no words between say which one counts"
         return _report_unreadable_line(body, plan[0], spans, reason)
-    if _have_numbers_gap(plan):
+    if _has_gap_in_list_numbers(plan):
         return _report_unreadable_line(body, plan[0], spans, "the numbers of the steps have a gap")
     others = {
         line.start
@@ -320,7 +322,7 @@ def _read_plan_line(
 
 
 def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
-    """Whether a line has steps, begins with the name of an action, or has an unclosed bracket."""
+    """Whether a line has steps, an action at its start, an unclosed bracket, or a sign of omitted steps."""
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in action_names
     words = _SMILEY.sub("", line.text)
@@ -333,10 +335,12 @@ def _is_beginning_of_step(text: str, action_names: Collection[str]) -> bool:
     return text.isdigit() or any(name.startswith(text.casefold()) for name in action_names)
 
 
-def _have_numbers_gap(plan: Sequence[_PlanLine]) -> bool:
-    """Whether the list numbers of steps rise, but do not begin with 0 or 1 or leave out a number."""
+def _has_gap_in_list_numbers(plan: Sequence[_PlanLine]) -> bool:
+    """Whether the list numbers of the steps rise, and either start above 1 or skip a number."""
     digits = [re.findall(r"\d+", line.label) for line in plan]
-    numbers = [int(found[0]) for found in digits if len(found) == 1 and len(found[0]) < _MAX_DIGITS]
+    numbers = [
+        int(found[0]) for found in digits if len(found) == 1 and len(found[0]) <= _MAX_LIST_NUMBER_DIGITS
+    ]
     rises = len(numbers) == len(plan) and all(one < other for one, other in pairwise(numbers))
     return rises and (numbers[0] > 1 or numbers[-1] - numbers[0] >= len(numbers))
 

@@ -86,8 +86,8 @@ def _evaluate_action_leaf(
 ) -> f.Formula:
     """Return an atomic formula, simplified for states in which the agent takes a given action.
 
-    A formula that demands this action becomes a test of the action's objects; without objects, it demands the
-    action on any objects. A formula that demands another action, or another number of objects, becomes false.
+    A formula that demands this action becomes a test of the action's objects, or true if it names no objects.
+    A formula that demands another action, or another number of objects, becomes false.
     All other formulas stay.
     """
     if not isinstance(leaf, f.Occurs):

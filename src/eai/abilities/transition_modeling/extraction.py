@@ -95,7 +95,7 @@ _HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
 _PART = re.compile(r":(parameters|precondition|effect)\b", re.IGNORECASE)
 _COMMENT = re.compile(r";[^\n]*")
 _PART_START = re.compile(r"[(:]|(?:parameters|precondition|effect)\s*\(", re.IGNORECASE)
-"""Pattern of the beginning of a text that belongs to an operator and is not prose after it."""
+"""Pattern of the start of a part of an operator. A text that starts in another way is prose."""
 _COMMENT_LINE = re.compile(r"^[^\S\n]*;(?!\s*:action\b)[^\n]*", re.IGNORECASE | re.MULTILINE)
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")

@@ -429,7 +429,7 @@ def add_set_to_manifest(
         InputError: the existing file is not a manifest, or the manifest cannot be written.
     """
     file = folder / MANIFEST
-    # other processes may add sets to this folder at once
+    # other processes may add sets to this folder at the same time
     with raise_write_errors_as_input_errors(file), make_file_lock(folder / f".{MANIFEST}.lock")[1]:
         sets, known = (_read_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
         common: dict[str, dict[str, dict[str, int]]] = {

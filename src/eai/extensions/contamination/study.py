@@ -159,13 +159,16 @@ def _pair_public_with_fresh_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
             alike = (
                 one._replace(domain=other.domain) == other and get_declaration(one.ability).answers_are_plans
             )
-            if alike and _has_name_of_tasks_generated_from(one.domain, other.domain):
+            if alike and _is_name_of_fresh_tasks(one.domain, other.domain):
                 suite = f"{other.domain} {one.ability.value}"
                 yield one.name, suite, public.records, fresh.records
 
 
-def _has_name_of_tasks_generated_from(public: str, fresh: str) -> bool:
-    """Whether a benchmark has tasks generated from a public benchmark, and prompts of the same kind."""
+def _is_name_of_fresh_tasks(public: str, fresh: str) -> bool:
+    """Whether the second benchmark has tasks generated from the first, to judge by the two names.
+
+    The prompts of both have the same kind.
+    """
     world, plain = remove_prompt_variant_endings(public), remove_prompt_variant_endings(fresh)
     worlds = [name for name in (*list_benchmarks(), world) if f"{plain}-".startswith(f"{name}-")]
     has_equal_prompts = public.removeprefix(world) == fresh.removeprefix(plain)

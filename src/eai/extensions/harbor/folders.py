@@ -17,7 +17,7 @@ from eai.abilities.declaration import get_declaration
 from eai.agents.command import DONE
 from eai.base.entry_points import get_entry_points
 from eai.base.errors import InputError
-from eai.base.files import find_files_below, read_content, write_files_atomically
+from eai.base.files import find_files_below, format_toml_text, read_content, write_files_atomically
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import OPENERS, PDDL, list_benchmarks
@@ -36,8 +36,8 @@ _PACKAGE = "eai-bench"
 
 _EXECUTABLE = frozenset({"act", "solve.sh", "test.sh"})
 
-_PREFIXES_OF_OTHER_WORDS = ("obfuscated", "rules")
-"""Prefixes of references that are followed by the reference to the benchmark with its usual words."""
+_PROMPT_VARIANT_PREFIXES = ("obfuscated", "rules")
+"""Prefixes of references to a benchmark with other words or other prompts, as in `obfuscated:virtualhome`."""
 
 _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 """Regular expression for characters that the name of a task folder may not contain."""
@@ -165,8 +165,8 @@ class _HarborFolderMaker:
         values = {
             **self._make_placeholder_values_for_all_folders(reference),
             "slug": slug,
-            "task_id": _quote_text(task_id),
-            "task": _quote_text(str(TaskReference(reference, self.suite.ability, task_id))),
+            "task_id": format_toml_text(task_id),
+            "task": format_toml_text(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
             "solution": _convert_episode_commands_to_shell_commands(solution)
             if self.are_answers_episodes
@@ -198,9 +198,9 @@ class _HarborFolderMaker:
         image = _write_docker_image_setting(self.verifier_image)
         own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{image}'
         return {
-            "ability": _quote_text(self.suite.ability.value),
+            "ability": format_toml_text(self.suite.ability.value),
             "agent_image": _write_docker_image_setting(self.image),
-            "benchmark": _quote_text(benchmark_reference),
+            "benchmark": format_toml_text(benchmark_reference),
             "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
             "verifier_image": self.verifier_image or f"eai-worlds:{__version__}",
@@ -209,11 +209,7 @@ class _HarborFolderMaker:
 
 
 def _write_docker_image_setting(image: str | None) -> str:
-    return "" if image is None else f"\ndocker_image = {_quote_text(image)}"
-
-
-def _quote_text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)  # TOML has no pairs of escapes for one character
+    return "" if image is None else f"\ndocker_image = {format_toml_text(image)}"
 
 
 def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
@@ -256,7 +252,7 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
         }
         reference = f"{PDDL}:{domain.name},problems/{problems.name}"
         return reference, {domain.name: read_content(domain), **beside}
-    if kind in _PREFIXES_OF_OTHER_WORDS:
+    if kind in _PROMPT_VARIANT_PREFIXES:
         reference, contents = _bundle_benchmark(location, task_ids)
         return f"{kind}:{reference}", contents
     if kind != reference and kind in get_entry_points(OPENERS):

@@ -251,8 +251,8 @@ class _RunsWithTrueAndInterpretedGoals:
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 
-        Conditions of the tasks by predicate: the share of them that the stated goals lack, the number of
-        tasks that lack one, and how many of these tasks each run solves.
+        For each predicate: the share of the tasks' conditions that the stated goals lack, the number of tasks
+        with a missing condition, and the number of these tasks that each run solves.
         """
         names = {
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
@@ -279,7 +279,10 @@ class _RunsWithTrueAndInterpretedGoals:
             )
 
     def _list_contributions_to_main_metric(self, run_records: Sequence[Record]) -> TaskRateContributions:
-        """Return what each task that both runs have scored adds to one run; empty if no task is answered."""
+        """Return the contributions to a run's main metric of the tasks that both runs have scored.
+
+        The result is empty if no task is answered.
+        """
         records = self._select_common_records(run_records)
         return make_contributions_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
