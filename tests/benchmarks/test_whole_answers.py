@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.abilities.verdict import PlanVerdict, Unreadable, Verdict
 from eai.agents.rewards import TrlReward, compute_score, extract_answer
 from eai.base.store import DataPackStore
 from eai.benchmarks.names import TaskReference
@@ -157,6 +157,50 @@ def test_an_answer_in_another_form_is_read_completely(
     verdict = score(data_store, name, ability, task_id, text)
     assert verdict.error is None
     assert verdict.repairs == repairs
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "{}\nThen `OPEN` is not needed.",
+        "{}\nAlso OPEN was unnecessary.",
+        'The meaning of "WALK": move near.\n{}',
+        '{{"activity": "Walk", "plan": {}}}',
+        'Option 1: {{"WALK": ["sink"], "FIND": ["sink"]}}\nOption 2: {{"FIND": ["soap"], "GRAB": ["soap"]}}\n'
+        "Final answer:\n{}",
+        '{{"WALK": ["soap"], "GRAB": ["soap"],}}\nor\n{}',
+    ],
+)
+def test_words_about_actions_are_no_steps(data_store: DataPackStore, words: str) -> None:
+    plan = '{"WALK": ["soap"], "GRAB": ["soap"]}'
+    verdict = score(data_store, "virtualhome", PLANS, WASHING, words.format(plan))
+    alone = score(data_store, "virtualhome", PLANS, WASHING, plan)
+    assert isinstance(verdict, PlanVerdict)
+    assert isinstance(alone, PlanVerdict)
+    assert (verdict.error, verdict.goals_satisfied) == (None, alone.goals_satisfied)
+    assert any(alone.goals_satisfied)
+
+
+@pytest.mark.parametrize(
+    ("text", "last"),
+    [
+        ('["lamp"] is the object.\n{"node goals": [{"name": "lamp", "state": "on"}]}', "on"),
+        (
+            '{"node goals": [{"name": "washing_machine", "state": "ON"}]}\nCorrection:\n'
+            '{"node goals": [{"name": "washing_machine", "state": "SWITCHED_ON"}]}',
+            "SWITCHED_ON",
+        ),
+        ('{"node goals": [{"name": "lamp", "state": "ON"}]}\nFinal answer:\n{"node goals": []}', None),
+    ],
+)
+def test_a_final_answer_counts_even_if_it_names_nothing_known(
+    data_store: DataPackStore, text: str, last: str | None
+) -> None:
+    suite = open_suite("virtualhome", GOALS, source=Source(data_store))
+    assert suite.score(WASHING, text).error is None
+    written = suite.benchmark.notation.goals.read(text)
+    assert not isinstance(written, Unreadable)
+    assert [goal.predicate for goal in written.goals] == ([last] if last else [])
 
 
 def test_a_misspelt_section_of_goals_is_read_or_named_in_the_error(data_store: DataPackStore) -> None:

@@ -97,6 +97,10 @@ _SEPARATORS_OR_NUMBERS = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=
 It shows that the values belong together.
 """
 _SEPARATORS = re.compile(r"[\s,;]*")
+_WORD_THAT_CHOOSES = re.compile(
+    r"\b(?:no|wait|final|answer|correct(?:ed|ion)?|fixed|revised|instead|rather|actually)\b", re.IGNORECASE
+)
+"""Pattern of a word between two values that makes the second value the answer."""
 _SEPARATORS_OR_CONNECTIVES = re.compile(
     r"(?:[^\w`]|\b\d+\b|(?<!`)`{3,}(?!`)[\w+-]*"
     r"|(?i:\b(?:and|or|then|next|also|finally|after(?:wards| that)|alternatively)\b)"
@@ -193,6 +197,8 @@ class AnswerFormat(Generic[T]):
             count as examples.
         is_single: whether an answer with two different values is unreadable if only signs, numbers,
             connectives (`and then`) or labels (`step 2`) stand between them.
+        is_complete: whether a meaning can be the whole answer, even if it names nothing of the task. A value
+            that cannot be read is then no part of the answer. `is_certain` if None.
         are_halves: whether two meanings are different parts of one answer, so that neither is complete.
         wrappers: keys of an object around the value, if the question asks for such an object. Removing this
             object does not count as a repair.
@@ -208,6 +214,7 @@ class AnswerFormat(Generic[T]):
     is_piece: Callable[[T], bool] = _return_false
     repairs_of: Callable[[T], tuple[str, ...]] = _return_no_repairs
     is_certain: Callable[[T], bool] = bool
+    is_complete: Callable[[T], bool] | None = None
     is_single: bool = True
     are_halves: Callable[[T, T], bool] = _return_false
     wrappers: frozenset[str] = frozenset()
@@ -385,7 +392,8 @@ class _AnswerReader(Generic[T]):
             if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
                 values.append(_ValueInText(bracketed_text.start, bracketed_text.end, meaning[0], repairs))
-                if self.form.is_certain(meaning[0]) and not self.form.is_piece(meaning[0]):
+                is_complete = self.form.is_complete or self.form.is_certain
+                if is_complete(meaning[0]) and not self.form.is_piece(meaning[0]):
                     error = None
             elif is_part and error is None:
                 error = self._report_unreadable_value(bracketed_text, decoded)
@@ -443,10 +451,11 @@ class _AnswerReader(Generic[T]):
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
         last = chosen[-1].meaning
-        for (first, second), text in zip(pairwise(chosen), texts, strict=True):
-            are_adjacent = self.form.is_single and _SEPARATORS_OR_CONNECTIVES.fullmatch(text)
-            if (are_adjacent and not _are_equal_ignoring_blanks(self.text, first, second)) or (
-                self.form.are_halves(first.meaning, last)
+        has_no_choice = self.form.is_single  # no words after the two values make a later value the answer
+        for (first, second), text in reversed([*zip(pairwise(chosen), texts, strict=True)]):
+            has_no_choice = has_no_choice and _SEPARATORS_OR_CONNECTIVES.fullmatch(text) is not None
+            if (has_no_choice and first.meaning != second.meaning) or self.form.are_halves(
+                first.meaning, last
             ):
                 return self._report_unread_text(_BracketedText(first.start, second.end))
         return self._make_parsed_answer(chosen[-1:], last, ())
@@ -459,14 +468,16 @@ class _AnswerReader(Generic[T]):
             if len(values) > 1 or stray.start < values[0].start or self.text[stray.start] == "]":
                 return stray
         last = self.strays[-1] if self.strays else None
-        return last if last and self.form.is_part(self.text[values[-1].end : last.start]) else None
+        between = self.text[values[-1].end : last.start].rstrip() if last else ""
+        is_end_of_list = between.endswith(('"', "'", "”", "’", "]", "}", ")")) and self.form.is_part(between)
+        return last if is_end_of_list else None
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the JSON values that belong to the answer. All other values count as examples in its prose.
 
         Neighbours are values with only separators or item numbers between them. A row of neighbours belongs
-        to the answer if one of them names something of the task (`AnswerFormat.is_certain`). If no value
-        names something of the task, return all values.
+        to the answer if one of them names something of the task (`AnswerFormat.is_certain`). All values are
+        returned if none names something of the task, or if words such as ``Final answer`` choose the last.
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:
@@ -480,6 +491,9 @@ class _AnswerReader(Generic[T]):
         certain = [
             group for group in groups if any(self.form.is_certain(neighbour.meaning) for neighbour in group)
         ]
+        if certain and certain[-1] is not groups[-1]:
+            words = self.text[certain[-1][-1].end : groups[-1][0].start]
+            certain = groups if _WORD_THAT_CHOOSES.search(words) else certain
         return [value for group in certain or groups for value in group]
 
     def _find_answer_line_outside_json_values(
@@ -558,11 +572,6 @@ def _find_ranges_between(ranges: Iterable[_TextRange], length: int) -> Iterator[
         position = max(position, text_range.end)
     if position < length:
         yield position, length
-
-
-def _are_equal_ignoring_blanks(answer_text: str, one: _ValueInText[T], other: _ValueInText[T]) -> bool:
-    words, other_words = (answer_text[value.start : value.end].split() for value in (one, other))
-    return "".join(words) == "".join(other_words)
 
 
 def _format_line_and_column(text: str, position: int) -> str:

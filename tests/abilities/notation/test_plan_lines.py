@@ -16,6 +16,8 @@ LINES = [
     ("WALK(soap)\nGRAB(soap)", [WALK, GRAB], ("action_lines",)),
     ("WALK (soap),\nPUT(soap, bin).", [WALK, PUT], ("action_lines",)),
     ("1. WALK soap\n2) PUT soap, bin\n", [WALK, PUT], ("action_lines", "numbered")),
+    ("4. WALK soap", [WALK], ("action_lines", "numbered")),
+    ("WALK(soap)\nGRAB(soap)\n\nConfidence:\n95", [WALK, GRAB], ("prose", "action_lines")),
     ("1: WALK soap\n2: GRAB soap", [WALK, GRAB], ("action_lines", "numbered")),
     ("- **WALK(soap)**\n- `GRAB(soap)`", [WALK, GRAB], ("action_lines", "numbered")),
     ("**Step 1:** WALK(soap)\n**Step 2:** GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),

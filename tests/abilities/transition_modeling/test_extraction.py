@@ -43,6 +43,8 @@ def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
         (wrapped(f"(define (problem p) (:goal (shut a))))\n{BOTH}"), ()),
         (f"{BOTH}\n{wrapped(BOTH)}", ("no_json", "escapes", "duplicate_operator")),
         (f"See [1] :)\n1) The operators:\n{BOTH}", ("no_json",)),
+        (f"{BOTH} ; effect (?o is shut)", ("no_json",)),
+        (f"{BOTH}\n\nThe :effect of shut: a) the door b) the wind", ("no_json",)),
         (f"I would say:\n```pddl\n{BOTH}\n```", ("no_json",)),
         (f'{{"output": "{BOTH}"}}', ("line_breaks",)),
         (f'{{"output": {BOTH}}}', ("no_json",)),

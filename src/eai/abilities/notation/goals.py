@@ -204,6 +204,7 @@ def make_goal_sections_format(
             key in _SECTION_OF and any(map(is_name, _iterate_texts(part)))
             for key, part in sections_read.members
         ),
+        is_complete=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
         are_halves=_have_no_section_in_common,
     )
 

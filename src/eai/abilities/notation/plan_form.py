@@ -41,7 +41,8 @@ STEP_FORM = "step_form"
 LETTER_CASE = "letter_case"
 """Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
 
-_LABEL = r"(?i:[\s*_>#,;-]|•|step\b|(?:first|and|then|next|also|finally|lastly)\b|\d+[.)]|\d+\s*:|:)*"
+_CONNECTIVE = r"\b(?i:first|and|then|next|also|finally|lastly)\b"
+_LABEL = rf"(?i:[\s*_>#,;-]|•|step\b|{_CONNECTIVE}|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS_AFTER_ACTION = 3
@@ -134,8 +135,7 @@ def make_plan_format(
         is_part=lambda text: part.search(text) is not None,
         is_answer_line=lambda text: line is not None and _is_step_line(line, text),
         is_text_with_part=lambda text: (
-            line is not None
-            and (text.casefold() in names or _has_step_and_few_other_words(text, line, names))
+            line is not None and (text.strip() in actions or _has_step_and_few_other_words(text, line, names))
         ),
         flaw=lambda value: _find_flaw_in_step_list(value, read_steps_in_list_item),
         join=join_step_lists,
@@ -190,9 +190,9 @@ def _compile_json_step_and_step_line_patterns(
         return re.compile(_KEY), None
     names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
     part = rf"""{_KEY}|["'“‘]\s*(?:{names})\s*["'”’]"""
-    line = (
-        rf"""(?:{_LABEL})["'“‘`\[({{]*(?P<name>{names})\b(?P<rest>.*)|.*["'“‘]\s*(?:{names})\s*["'”’]\s*:"""
-    )
+    key = rf"""["'“‘]\s*(?:{names})\s*["'”’]\s*:"""
+    member = rf"""(?:[,\[\]{{}}]\s*{key}|{key}\s*[\[({{"'“‘])"""
+    line = rf"""(?:{_LABEL})["'“‘`\[({{]*(?P<name>{names})\b(?P<rest>.*)|.*{member}"""
     return re.compile(part), re.compile(line)
 
 
@@ -205,6 +205,8 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
         return False
     if match["name"] is None:
         return True
+    if re.search(_CONNECTIVE, text[: match.start("name")]):
+        return match["rest"].lstrip()[:1] in ("(", "[", "{", "<")
     rest = match["rest"].strip()
     if rest[:1] in tuple("""([{:"'<`"""):
         return True

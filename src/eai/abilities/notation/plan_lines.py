@@ -242,7 +242,7 @@ def read_plan_lines(
             if line.text and (
                 is_between
                 or _is_line_of_plan(line, names)
-                or (line is lines[-1] and _is_beginning_of_step(line.text, names))
+                or (line is lines[-1] and _is_beginning_of_step(line.text, names, plan[-1]))
                 or looks_like_step(line.text)
                 or has_step_and_few_other_words(line.text, read_step, actions)
             ):
@@ -330,19 +330,27 @@ def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
     return line.step is not None or line.has_prose or is_named or is_open or words.lower() in _OMISSIONS
 
 
-def _is_beginning_of_step(text: str, action_names: Collection[str]) -> bool:
-    """Whether a text is a number, or the first letters of an action, as at the end of a cut answer."""
-    return text.isdigit() or any(name.startswith(text.casefold()) for name in action_names)
+def _is_beginning_of_step(text: str, action_names: Collection[str], last_step: _PlanLine) -> bool:
+    """Whether a text is the beginning of a further step, as at the end of a cut answer.
+
+    It is the first letters of an action, or the number of a step if the last step has a number.
+    """
+    if text.isdigit():
+        return re.search(r"\d", last_step.label) is not None
+    return any(name.startswith(text.casefold()) for name in action_names)
 
 
 def _has_gap_in_list_numbers(plan: Sequence[_PlanLine]) -> bool:
-    """Whether the list numbers of the steps rise, and either start above 1 or skip a number."""
+    """Whether the list numbers of the steps rise, and either start above 1 or skip a number.
+
+    A single step can have any number, because an agent counts its own turns.
+    """
     digits = [re.findall(r"\d+", line.label) for line in plan]
     numbers = [
         int(found[0]) for found in digits if len(found) == 1 and len(found[0]) <= _MAX_LIST_NUMBER_DIGITS
     ]
     rises = len(numbers) == len(plan) and all(one < other for one, other in pairwise(numbers))
-    return rises and (numbers[0] > 1 or numbers[-1] - numbers[0] >= len(numbers))
+    return rises and ((numbers[0] > 1 and len(plan) > 1) or numbers[-1] - numbers[0] >= len(numbers))
 
 
 def _report_unreadable_line(

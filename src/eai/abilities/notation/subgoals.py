@@ -254,6 +254,7 @@ def _make_subgoal_list_answer_format(
         is_part=contains_json_string,
         is_answer_line=_is_formula_or_output_key_line,
         flaw=find_flaw,
+        is_complete=bool,
         is_certain=lambda texts: not names.isdisjoint(_WORD.findall(" ".join(texts))),
     )
 

@@ -97,6 +97,7 @@ _COMMENT = re.compile(r";[^\n]*")
 _PART_START = re.compile(r"[(:]|(?:parameters|precondition|effect)\s*\(", re.IGNORECASE)
 """Pattern of the start of a part of an operator. A text that starts in another way is prose."""
 _COMMENT_LINE = re.compile(r"^[^\S\n]*;(?!\s*:action\b)[^\n]*", re.IGNORECASE | re.MULTILINE)
+_PART_WITH_LIST = re.compile(r":?(?:parameters|precondition|effect)\s*\(", re.IGNORECASE)
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
@@ -104,7 +105,7 @@ _PARAMETERS_START = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 """Pattern of ``:parameters (``. Outside operators, it shows that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
 _PART_IN_COMMENT = re.compile(
-    r"(?:\A;|\()\s*:action\b|\b(?:parameters|precondition|effect)\s*\(\s*(?:[?)]|[\w-]+\s*[?(])",
+    r"(?:\A;|\()\s*:action\b|(?::\s*|\A;+)(?:parameters|precondition|effect)\s*\(\s*(?:[?)]|[\w-]+\s*[?(])",
     re.IGNORECASE,
 )
 _NON_PDDL_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
@@ -313,7 +314,8 @@ def _find_operator_end_before_prose(text: str) -> int | None:
     except PddlError:
         return None
     rest = text[end:]
-    return end if rest.lstrip()[:1].isalpha() and not _has_end_of_operator_without_beginning(rest) else None
+    is_cut = _PART_WITH_LIST.search(rest) is not None and _has_end_of_operator_without_beginning(rest)
+    return end if rest.lstrip()[:1].isalpha() and not is_cut else None
 
 
 def _read_operator_definition(
