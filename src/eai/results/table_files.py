@@ -159,7 +159,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 def _group_rows_to_show_by_heading(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     """Return the rows to show, grouped by heading: the suite and the model of a row.
 
-    If a suite has rows about all models together (`ALL_MODELS`), only these of its rows are shown.
+    If a suite has rows about all models together (`ALL_MODELS`), its other rows are not shown.
     """
     rows = table.row_dicts()
     suites_with_all_models = {_get_suite_cells(row) for row in rows if row.get(MODEL) == ALL_MODELS}

@@ -251,8 +251,9 @@ class _RunsWithTrueAndInterpretedGoals:
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 
-        For each predicate: the share of the tasks' conditions that the stated goals lack, the number of tasks
-        with a missing condition, and the number of these tasks that each run solves.
+        Each row is about one predicate. The first number is the share of the tasks' conditions that the
+        stated goals lack. The other numbers count the tasks that lack a condition, and the tasks among them
+        that each run solves.
         """
         names = {
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
