@@ -145,11 +145,8 @@ class JsonObject:
     @property
     def repeated_key(self) -> str | None:
         """The first key that occurs more than once in the object, or None."""
-        keys = [key for key, _ in self.members]
-        if len(set(keys)) == len(keys):
-            return None
-        times = Counter(keys)
-        return next(key for key in keys if times[key] > 1)
+        times = Counter([key for key, _ in self.members])
+        return next((key for key, number in times.items() if number > 1), None)
 
 
 _STRICT = json.JSONDecoder(object_pairs_hook=JsonObject)

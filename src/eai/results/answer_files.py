@@ -229,12 +229,13 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         # this search ignores files with an attempt number; if it finds no other files, it raises
         with suppress(InputError):
             files = find_response_files(path)
-    numbered_files = sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
-    of_suite, numbered_of_suite = (
-        [file for file in found if read_domain_and_ability_from_path(file) == (domain, ability.value)]
-        for found in (files, numbered_files)
+
+    def is_of_suite(file: Path) -> bool:
+        return read_domain_and_ability_from_path(file) == (domain, ability.value)
+
+    of_suite = list(filter(is_of_suite, files)) or sorted(
+        filter(is_of_suite, path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
     )
-    of_suite = of_suite or numbered_of_suite
     if len(of_suite) != 1:
         name = "<model>" if attempt == 1 else format_attempt_name("<model>", attempt)
         expected = path / domain / ability.value / f"{name}{SUFFIX}"

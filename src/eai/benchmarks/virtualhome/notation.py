@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 
 from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
 from eai.abilities.answer_text import JsonObject, read_json
@@ -236,8 +237,11 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
         Actions without objects need no brackets.
         """
-        names = {**self._predicates, **self._actions}
-        return read_subgoals_from_json_output_list(text, names, ("actions_to_include",))
+        return read_subgoals_from_json_output_list(text, self._arities, ("actions_to_include",))
+
+    @cached_property
+    def _arities(self) -> Mapping[str, int | None]:
+        return {**self._predicates, **self._actions}
 
     def join(self, answer_parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""
